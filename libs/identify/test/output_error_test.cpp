@@ -47,6 +47,8 @@ std::vector<RotorTerm> every_force() {
                                                  {"c_cross", 0.3},
                                                  {"k1_turning_re", 60},
                                                  {"k1_turning_im", -40},
+                                                 {"sag_turning_re", 0.1},
+                                                 {"sag_turning_im", -0.05},
                                                  {"k1_step", -100},
                                                  {"eps_step_re", 3e-5},
                                                  {"eps_step_im", -2e-5}};

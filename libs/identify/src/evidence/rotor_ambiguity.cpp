@@ -186,6 +186,25 @@ void delay_of_filter(RotorIdentification& result) {
   widen(result.model, other);
 }
 
+/// Two clocks that drift apart: nothing in the record says which of them is right. Rates of the model count time by
+/// that of the displacement; by the other a second is longer by the drift.
+void either_clock(RotorIdentification& result) {
+  const double drift = result.fit.clock_drift;
+  if (drift == 0) return;
+  IdentifiedModel other = result.model;
+  other.rotor->k1 *= 1 + 2 * drift, other.rotor->k2 *= 1 + 2 * drift, other.rotor->c *= 1 + drift;
+  for (auto& [name, e] : other.parameters) {
+    const double by = name == "k1" || name == "k2" ? 2 : name == "c" || name == "natural_frequency" ? 1 : 0;
+    if (by > 0) e = Estimate::from_sd((1 + by * drift) * e.value, e.sd);
+  }
+  result.model.ambiguities.push_back(
+      {fmt::format("the clock of the displacement is right, or that of the angle: they drift "
+                   "apart by {:.3g} ppm",
+                   1e6 * drift),
+       difference(result.model, other), "displacement and angle by one recorder"});
+  widen(result.model, other);
+}
+
 void springs_along_axes(const GrownRotor& grown, RotorIdentification& result) {
   const ScoreCandidate* c = grown.test.find(terms::cubic_per_axis());
   const Estimate& k2 = *result.model.parameter("k2");
@@ -347,6 +366,7 @@ void carry_ambiguities(const GrownRotor& grown, double scale, RotorIdentificatio
   springs_along_axes(grown, result);
   either_probe(result);
   delay_of_filter(result);
+  either_clock(result);
   for (const OtherReading& reading : grown.others) {
     IdentifiedModel other;
     describe_rotor(ParameterView(reading.fit, scale), reading.fit, other);

@@ -13,7 +13,7 @@ namespace {
 std::vector<int> open_places(const TermEntry& entry, const std::vector<RotorRecord>& records, const Growth& growth,
                              const RotorIdentifyOptions& options) {
   const OutputErrorOptions& active = growth.active;
-  if (entry.of_displacement || !entry.in_model || entry.by_reference != nullptr) return {};
+  if (entry.of_displacement || !entry.in_model || entry.rare) return {};
   if (entry.both_axes && std::ranges::all_of(records, &RotorRecord::one_axis)) return {};
   std::vector<int> places;
   if (&entry == &terms::mode() || &entry == &terms::modes_above()) {

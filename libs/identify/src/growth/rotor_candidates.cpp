@@ -58,20 +58,25 @@ std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, 
 }
 
 double threshold_of(const TermEntry& term, double threshold) {
-  constexpr double kMoreChances = 16;  // forces, sensor axes, modes above the speeds
+  constexpr double kUsual = 16;  // forces, sensor axes, modes above the speeds
+  constexpr double kRare = 12;   // parameters of the rare ones
+  const double kMoreChances = term.rare ? kUsual + kRare : kUsual;
   return term.plain_threshold ? threshold : threshold + 2 * std::log(kMoreChances * term.chances);
 }
 
 std::vector<TermId> next_terms(const std::vector<ScoreCandidate>& candidates, const Growth& growth,
-                               const std::vector<TermId>& refused, double threshold) {
+                               const std::vector<TermId>& refused, double threshold, bool rare) {
   constexpr std::size_t kMost = 6;
   std::vector<TermId> terms;
   double best = 0;
-  for (const ScoreCandidate& c : candidates) {
+  bool usual = false;                           // one of the usual terms has been met
+  for (const ScoreCandidate& c : candidates) {  // by falling score
     const TermId id{c.term, c.place};
     if (!c.term->in_model || c.score < threshold_of(*c.term, threshold) || c.score < 0.1 * best ||
         terms.size() >= kMost || std::ranges::find(refused, id) != refused.end())
       continue;
+    usual |= !c.term->rare;
+    if (c.term->rare && usual && !rare) continue;
     if (c.term->one_at_a_time) {
       if (c.score < 3 * threshold && growth.mode(c.place).searched) continue;
       if (std::ranges::any_of(terms, [](const TermId& t) { return t.entry->one_at_a_time; })) continue;

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <complex>
 #include <string>
 #include <vector>
@@ -33,14 +35,8 @@ struct GrownRotor {
   double condition_number = 0;
 
   bool usable() const { return fit.summary.status != Status::unusable; }
+  /// Chi-square of the weak equations or of the trajectory, the larger; infinite where there is no model.
+  double misfit() const { return usable() ? std::max(chi_square, fit.summary.chi_square) : INFINITY; }
 };
-
-/// Output-error fit from the start given, then the forward score test: the most significant candidate is taken up and
-/// all is refined and simulated again, until none reaches the threshold. A term that the trajectory does not confirm by
-/// a likelihood ratio of the same size is refused. `search_modes`: forced modes of any frequency are candidates beside
-/// those of the hammer test. When the first fit fails its summary says why.
-GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const RotorModel& start,
-                      const std::vector<std::complex<double>>& start_eps, const OutputErrorOptions& active,
-                      const RotorIdentifyOptions& options, bool search_modes);
 
 }  // namespace whirl::identification::detail

@@ -209,9 +209,8 @@ ScoreTest score(const Stacked& s, std::size_t records) {
     if (c.columns.cols() == 1) {
       candidate.value = e.coefficient[0];
       candidate.sd = e.sd;
-      const Eigen::VectorXd stands_for = projector.solve(c.columns.col(0)).cwiseQuotient(scale);
-      candidate.moves = moves_of(stands_for, s.shared, records);
     }
+    candidate.moves = moves_of(projector.solve(c.columns * e.coefficient).cwiseQuotient(scale), s.shared, records);
     test.candidates.push_back(std::move(candidate));
   }
   std::sort(test.candidates.begin(), test.candidates.end(),

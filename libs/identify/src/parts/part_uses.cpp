@@ -36,7 +36,8 @@ PartUse response_use(ModelPart part) {
     case ModelPart::hidden_states:
       return used();
     case ModelPart::drifts:
-      return warned("a steady response has no time: k1 and c are those at the reference of the drift");
+      return warned(
+          "a steady response has no time: k1, c and e are those at the reference of a drift, and after a change");
     case ModelPart::other_unbalances:
       return noted(kFirstUnbalance);
     case ModelPart::changed_machine:

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -12,7 +13,7 @@
 #include "evidence/rotor_ambiguity.hpp"
 #include "evidence/rotor_verdict.hpp"
 #include "growth/lower_resonance.hpp"
-#include "growth/rotor_growth.hpp"
+#include "growth/rotor_search.hpp"
 #include "growth/self_excited.hpp"
 #include "problem/record_noise.hpp"
 #include "problem/rotor_equations.hpp"
@@ -80,13 +81,7 @@ void search_profile(RotorRecord& record, const RotorIdentifyOptions& options) {
   record.angle = with_rate_error(record.angle, 0.5 * (low + high));
 }
 
-constexpr double kMissing = 1.3;  // chi-square above which something is missing
-constexpr double kWrong = 4;      // above which the model is another one
-
-/// Of the weak equations or of the trajectory, the larger.
-double misfit(const detail::GrownRotor& grown) {
-  return grown.usable() ? std::max(grown.chi_square, grown.fit.summary.chi_square) : INFINITY;
-}
+constexpr double kWrong = 4;  // chi-square of another model
 
 /// Whether the records have springs or dampers of their own (a machine that warmed up between them): the weak equations
 /// of each alone against those of the first. `start`: what they give then.
@@ -123,60 +118,69 @@ bool part_records(const std::vector<RotorRecord>& records, const WeakRotorOption
 detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vector<RotorRecord>& moving,
                         const WeakRotorOptions& weak, WeakRotorFit first, const RotorIdentifyOptions& options,
                         OutputErrorOptions& active) {
-  std::optional<detail::GrownRotor> driven, lower;
-  std::string said;
+  using detail::Beside;
+  using detail::RotorSearch;
+  std::unique_ptr<RotorSearch> best;
+  const auto misfit = [&] { return best ? best->misfit() : INFINITY; };
+  const auto search = [&](const RotorModel& start, const std::vector<std::complex<double>>& eps,
+                          const OutputErrorOptions& with, Beside beside = Beside::nothing) {
+    return std::make_unique<RotorSearch>(records, start, eps, with, options, beside);
+  };
+  /// A model with more in it that does not explain the records either must leave half of what the simpler one does.
+  const auto take = [&](std::unique_ptr<RotorSearch> other, double share) {
+    const bool better = other->misfit() < detail::kLacking || other->misfit() < share * misfit();
+    if (better || !best) best = std::move(other);
+    return better;
+  };
+  constexpr double kAny = 1, kHalf = 0.5;
+  const auto found = [&] { return misfit() < detail::kLacking; };
+
+  std::unique_ptr<RotorSearch> lower;
   if (const auto start = options.search_modes ? detail::lower_resonance(moving, weak) : std::nullopt) {
-    lower = detail::grow_rotor(records, start->model, start->eps, active, options, true);
-    if (misfit(*lower) < kMissing) return *std::move(lower);
+    lower = search(start->model, start->eps, active, Beside::modes);
+    if (lower->misfit() < detail::kLacking) return std::move(*lower).finish();
   }
   // Damping that is positive is tried as it is first: whatever is missing need not drive the motion.
-  std::optional<detail::GrownRotor> plain;
-  if (first.model.c > 0) plain = detail::grow_rotor(records, first.model, first.eps, active, options, false);
-  if (plain && misfit(*plain) < kMissing) return *std::move(plain);
+  if (first.model.c > 0) take(search(first.model, first.eps, active), kAny);
   const bool displacement = records.front().quantity == Quantity::displacement;
-  if (!displacement) {  // the noise of an integral may hide the cubic spring
+  if (!displacement && !found()) {  // the noise of an integral may hide the cubic spring
     RotorModel linear = first.model;
     linear.k2 = 0;
-    detail::GrownRotor other = detail::grow_rotor(records, linear, first.eps, active, options, false);
-    if (!plain || misfit(other) < misfit(*plain)) plain = std::move(other);
-    if (misfit(*plain) < kMissing) return *std::move(plain);
+    take(search(linear, first.eps, active), kAny);
   }
+  // Begun again with rare terms or with modes of any frequency among the candidates, so that none of the terms taken up
+  // so far stands in for one of them.
+  if (options.terms && displacement && first.model.c > 0 && !found())
+    take(search(first.model, first.eps, active, Beside::rare_terms), kHalf);
   // (A whirl of its own is followed over parts of the displacements: not sought in an integral.)
-  if (options.terms && displacement && (first.summary.chi_square > kWrong || first.model.c <= 0)) {
+  std::unique_ptr<RotorSearch> driven;
+  std::string said;
+  if (options.terms && displacement && !found() && (first.summary.chi_square > kWrong || first.model.c <= 0)) {
     for (const detail::WhirlStart& whirl : detail::self_excited_starts(records, weak, first)) {
       // Parts with starts of their own follow a true whirl better than any single motion.
-      if (plain && misfit(*plain) < whirl.chi_square) continue;
+      if (best && misfit() < whirl.chi_square) continue;
       OutputErrorOptions with = active;
       with.terms = whirl.fit.terms;
-      detail::GrownRotor other = detail::grow_rotor(records, whirl.fit.model, whirl.fit.eps, with, options, false);
+      std::unique_ptr<RotorSearch> other = search(whirl.fit.model, whirl.fit.eps, with);
       if (whirl.parts > 1 && said.empty()) said = whirl.reason();
-      if (misfit(other) < kMissing) return other;
-      if (!driven || misfit(other) < misfit(*driven)) driven = std::move(other);
+      if (other->misfit() < detail::kLacking) return std::move(*other).finish();
+      if (!driven || other->misfit() < driven->misfit()) driven = std::move(other);
     }
   }
-  detail::GrownRotor grown =
-      plain ? *std::move(plain) : detail::grow_rotor(records, first.model, first.eps, active, options, false);
+  if (!best) take(search(first.model, first.eps, active), kAny);
   OutputErrorOptions own = active;
   WeakRotorFit start = first;
-  if (records.size() > 1 && !(misfit(grown) < kMissing) && part_records(moving, weak, own, start)) {
-    detail::GrownRotor parted = detail::grow_rotor(records, start.model, start.eps, own, options, false);
-    if (misfit(parted) < kMissing || misfit(parted) < 0.5 * misfit(grown)) {
-      grown = std::move(parted);
-      first = std::move(start);
-      active = std::move(own);
-    }
+  if (records.size() > 1 && !found() && part_records(moving, weak, own, start) &&
+      take(search(start.model, start.eps, own), kHalf)) {
+    first = std::move(start);
+    active = std::move(own);
   }
-  if (options.search_modes && grown.usable() && grown.chi_square > kMissing) {
-    // Something is missing: begin again with modes of any frequency among the candidates, so that none of the terms
-    // taken up so far stands in for a mode. Kept when that explains the records.
-    detail::GrownRotor with_modes = detail::grow_rotor(records, first.model, first.eps, active, options, true);
-    if (with_modes.usable() && (with_modes.chi_square < kMissing || with_modes.chi_square < 0.5 * grown.chi_square)) {
-      grown = std::move(with_modes);
-    }
-  }
-  for (std::optional<detail::GrownRotor>* other : {&driven, &lower})
-    if (*other && misfit(**other) < 0.5 * misfit(grown)) grown = **std::move(other);
-  if (!said.empty() && !(misfit(grown) < kMissing)) grown.warnings.push_back(said);
+  if (options.search_modes && best->usable() && !found())
+    take(search(first.model, first.eps, active, Beside::modes), kHalf);
+  for (std::unique_ptr<RotorSearch>* other : {&driven, &lower})
+    if (*other) take(std::move(*other), kHalf);
+  detail::GrownRotor grown = std::move(*best).finish();
+  if (!said.empty() && !(grown.misfit() < detail::kLacking)) grown.warnings.push_back(said);
   return grown;
 }
 

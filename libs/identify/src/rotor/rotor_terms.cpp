@@ -98,7 +98,8 @@ double unstable_from(const RotorModel& rotor, const std::vector<RotorTerm>& term
     Eigen::Matrix<double, 2, 4> sum = Eigen::Matrix<double, 2, 4>::Zero();
     for (const RotorTerm& term : terms) {
       if (term.entry->dry) continue;
-      const TermForce f = term_force(term, {.w = w, .time = term.reference});
+      const double time = term.entry->by_reference != nullptr ? INFINITY : term.reference;  // after a change
+      const TermForce f = term_force(term, {.w = w, .time = time});
       Eigen::Matrix<double, 2, 4> more;
       more << f.x_x, f.x_y, f.x_vx, f.x_vy, f.y_x, f.y_y, f.y_vx, f.y_vy;
       sum += term.value * more;

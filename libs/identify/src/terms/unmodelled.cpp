@@ -10,14 +10,6 @@ TermEntry unmodelled(std::string_view label, bool both_axes, decltype(TermEntry:
 
 }  // namespace
 
-const TermEntry& square_radial() {
-  static const TermEntry entry = unmodelled("|z| z", false, [](const ScorePoint& at) -> Candidates {
-    const Eigen::VectorXcd& z = at.own.main;
-    return {{0, {at.force(z.cwiseAbs().cast<Complex>().cwiseProduct(z))}, true}};
-  });
-  return entry;
-}
-
 const TermEntry& cubic_conj() {
   static const TermEntry entry =
       unmodelled("anisotropic cubic stiffness", true, [](const ScorePoint& at) -> Candidates {

@@ -132,6 +132,7 @@ struct TermEntry {
   double chances = 1;            ///< tries of which one may look like it by chance, beside the number of terms
   std::string_view charge = {};  ///< of a high-pass: the parameter of what it holds at sample 0, per record
   bool hinted = true;            ///< a weak sign of it is worth a word
+  bool rare = false;             ///< sought only where the others leave more than the noise
   bool of_displacement = false;  ///< an error of displacement probes: velocity and acceleration have none
 
   // Before the records, and what is said of it.

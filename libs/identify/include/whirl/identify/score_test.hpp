@@ -19,7 +19,7 @@ struct ScoreCandidate {
   /// Coefficient that a term with one real unknown would get, and its standard deviation; 0 for others.
   double value = 0, sd = 0;
   Eigen::VectorXd coefficient = {};  ///< of all real unknowns
-  /// By how much k1, k2, c and then eps (real, imaginary) of every record move per unit of that coefficient.
+  /// By how much k1, k2, c and then eps (real, imaginary) of every record move with that coefficient.
   Eigen::VectorXd moves = {};
 };
 

@@ -83,7 +83,7 @@ std::array<double, 5> rotor_values(const RotorModel& r) { return {r.k1, r.k2, r.
 }  // namespace
 
 std::string_view parameter_unit(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 51> units{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 52> units{
       {{"k1", "1/s^2"},
        {"k2", "1/(m^2 s^2)"},
        {"c", "1/s"},
@@ -125,7 +125,8 @@ std::string_view parameter_unit(std::string_view name) {
        {"k_radius", "1/(m s^2)"},
        {"k_hertz", "1/(m^0.5 s^2)"},
        {"c_film", "1/(m^2 s)"},
-       {"loss_speed", "m/s"},
+       {"loss_speed", "rad/s"},
+       {"sag_turning", "m/s^2"},
        {"stiffness_step_time", "s"},
        {"unbalance_step_time", "s"},
        {"bow", "m"},

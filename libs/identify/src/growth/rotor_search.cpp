@@ -1,0 +1,60 @@
+#include "growth/rotor_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace whirl::identification::detail {
+namespace {
+
+/// The model that the search begins with, and what it may take up.
+Growth begin(const std::vector<RotorRecord>& records, const RotorModel& start, const OutputErrorOptions& active,
+             const RotorIdentifyOptions& options, Beside beside) {
+  const double main_frequency = std::sqrt(start.k1);
+  Growth growth{active, start, 0, hammer_modes(options, main_frequency), {}, {}};
+  if (options.terms) growth.terms = candidate_terms(records, main_frequency);
+  for (const CandidateMode& c : growth.modes) growth.decays.push_back({{c.mode.omega, c.mode.zeta}});
+  double top = 0;
+  for (const RotorRecord& r : records) top = std::max(top, r.speed_high());
+  if (options.terms) {
+    const std::vector<CandidateMode> above = modes_above(std::max(top, main_frequency));
+    growth.modes.insert(growth.modes.end(), above.begin(), above.end());
+  }
+  if (beside == Beside::modes) {
+    const std::vector<CandidateMode> more = searched_modes(top, main_frequency);
+    growth.modes.insert(growth.modes.end(), more.begin(), more.end());
+  }
+  return growth;
+}
+
+}  // namespace
+
+RotorSearch::RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
+                         std::vector<Complex> start_eps, const OutputErrorOptions& active,
+                         const RotorIdentifyOptions& options, Beside beside)
+    : records_(records),
+      options_(options),
+      rare_(beside == Beside::rare_terms),
+      growth_(begin(records, start, active, options, beside)),
+      eps_(std::move(start_eps)) {
+  for (const RotorRecord& r : records) values_ += r.readings();
+  score_.half_width = options.half_width;
+  score_.runout_harmonics = options.runout_harmonics;
+  score_.delay = options.delay;
+  score_.terms = growth_.terms;
+  score_.sensor = options.terms;
+  fit_ = fit(growth_);
+  if (!growth_.active.terms.empty() && ran_out(fit_, growth_)) {
+    const double half = 0.5 * fit_.summary.chi_square;
+    fit_ = fit_to_the_end(growth_, std::move(fit_), half);
+  }
+  for (const RotorTerm& term : growth_.active.terms) {  // given from the start
+    taken_.push_back({{term.entry}, std::string(term.entry->label), start_of(fit_)});
+    grown_.added.push_back(taken_.back().label);
+  }
+  halved_ = fit_.summary.chi_square;
+  keep_grid();
+  while (usable() && step()) {
+  }
+}
+
+}  // namespace whirl::identification::detail

@@ -1,0 +1,101 @@
+#pragma once
+#include <memory>
+
+#include "growth/rotor_candidates.hpp"
+
+/// The search for the terms of a rotor model.
+namespace whirl::identification::detail {
+
+/// What is tried beside the usual terms and the modes of the hammer test.
+enum class Beside {
+  nothing,
+  modes,       ///< forced modes of any frequency
+  rare_terms,  ///< entries with TermEntry::rare
+};
+
+/// Output-error fit from the start given, then the forward score test: the most significant candidate is taken up and
+/// all is refined and simulated again, until none reaches the threshold. A term that the trajectory does not confirm by
+/// a likelihood ratio of the same size is refused. When the first fit fails its summary says why.
+class RotorSearch {
+ public:
+  RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
+              std::vector<std::complex<double>> start_eps, const OutputErrorOptions& active,
+              const RotorIdentifyOptions& options, Beside beside = Beside::nothing);
+
+  bool usable() const { return fit_.summary.status != Status::unusable; }
+  /// Chi-square of the weak equations or of the trajectory, the larger; infinite where there is no model.
+  double misfit() const;
+  /// Takes out terms that stood in for others, and seeks models that the records cannot tell from this one.
+  GrownRotor finish() &&;
+
+ private:
+  using Complex = std::complex<double>;
+  struct Taken {
+    TermId term;
+    std::string label;
+    Start before;  // the fit without it
+  };
+  struct Near {
+    TermId taken, other;  // term taken, term that did nearly as well
+    Start with;           // the fit with that one
+  };
+
+  // Fits.
+  OutputErrorFit fit(const Growth& g) const { return fit(g, eps_); }
+  OutputErrorFit fit(const Growth& g, const std::vector<Complex>& start_eps) const;
+  OutputErrorFit fit_to_the_end(const Growth& g, OutputErrorFit found, double target) const;
+  OutputErrorFit fit_from_either(const Growth& g, const Start& before) const;
+  OutputErrorFit fit_about_instant(Growth g, const ScoreCandidate& candidate) const;
+  double gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const;
+  void settle();
+  void keep_grid();
+  void refine_grid();
+
+  // Evidence for what is missing.
+  ScoreTest test();
+  ScoreTest test_on_weak_rows();
+  void find_instants(ScoreTest& test);
+  void warn_of_missing(const ScoreTest& test);
+
+  // Steps of the search.
+  bool step();
+  void try_bow();
+  bool gives_up();
+  bool explains_enough(const OutputErrorFit& larger) const;
+
+  // The model found.
+  bool beyond_doubt(const Growth& less) const;
+  void prune();
+  void find_others();
+  void find_second_kind();
+
+  const std::vector<RotorRecord>& records_;
+  const RotorIdentifyOptions& options_;
+  const bool rare_;  // rare terms are tried as the others are
+  Growth growth_;
+  std::vector<Complex> eps_;
+  ScoreTestOptions score_;
+  double values_ = 0;    // real readings
+  double grid_for_ = 0;  // chi-square of the fit that chose the grid
+  int tried_ = 0;        // steps of trial fits since the rest was halved
+  double halved_ = 0;    // chi-square that began them
+  OutputErrorFit fit_;
+  GrownRotor grown_;
+  std::vector<Taken> taken_;
+  std::vector<Near> near_;
+  std::vector<TermId> refused_;
+};
+
+/// Chi-square from which on a model lacks something.
+inline constexpr double kLacking = 1.3;
+/// Likelihood ratio of models that are told apart (three sigma).
+inline constexpr double kToldApart = 9;
+/// Chi-square of a model that lacks something large: any term shows a sign of it.
+inline constexpr double kLackingMuch = 4;
+
+/// Whether a fit ended by its limit of steps.
+bool ran_out(const OutputErrorFit& fit, const Growth& growth);
+/// Whether the model has more forces beyond RotorModel than one record can carry.
+bool too_many(const Growth& growth);
+
+}  // namespace whirl::identification::detail

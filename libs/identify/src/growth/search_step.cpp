@@ -1,0 +1,137 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "growth/rotor_search.hpp"
+#include "terms/catalogue.hpp"
+
+/// One step of the search after the other.
+namespace whirl::identification::detail {
+namespace {
+
+constexpr std::ptrdiff_t kMostTerms = 6;  // forces beyond RotorModel that the motion causes
+constexpr std::size_t kMostForces = 10;   // and all that a fit takes
+constexpr double kNear = 40;              // likelihood ratio: tried again with the final model
+constexpr std::size_t kLikely = 2;        // candidates of the highest scores: fitted to the end
+constexpr std::size_t kMostSearched = 4;  // modes taken up before the search of unlisted ones ends
+
+}  // namespace
+
+bool too_many(const Growth& growth) {
+  const std::vector<RotorTerm>& terms = growth.active.terms;
+  return terms.size() > kMostForces ||
+         std::ranges::count_if(terms, [](const RotorTerm& t) { return !t.entry->external; }) > kMostTerms;
+}
+
+/// One more term; false when none is left that the evidence asks for.
+bool RotorSearch::step() {
+  settle();
+  const ScoreTest score = test();
+  if (gives_up()) {
+    warn_of_missing(score);
+    return false;
+  }
+  const std::vector<TermId> terms = next_terms(score.candidates, growth_, refused_, options_.score_threshold, rare_);
+  struct Tried {
+    TermId term;
+    Growth with;
+    double chi_square;
+    Start found;
+  };
+  std::vector<Tried> tried;
+  std::optional<OutputErrorFit> best;
+  std::size_t chosen = 0;
+  std::vector<std::pair<std::size_t, OutputErrorFit>> slow;  // that ran out of steps; a fit holds its motions
+  const auto take = [&](std::size_t k, OutputErrorFit&& trial) {
+    tried[k].chi_square = trial.summary.chi_square;
+    tried[k].found = start_of(trial);
+    if (best && k != chosen && trial.summary.chi_square >= best->summary.chi_square) return;
+    best = std::move(trial);
+    chosen = k;
+  };
+  for (const TermId& term : terms) {
+    Growth with = with_term(growth_, term, options_.refine_poles);
+    if (too_many(with)) continue;
+    OutputErrorFit trial =
+        term.entry->by_reference != nullptr ? fit_about_instant(with, *score.find(*term.entry)) : fit(with);
+    tried_ += trial.iterations;
+    if (trial.summary.status == Status::unusable) continue;
+    tried.push_back({term, std::move(with), 0, {}});
+    const std::size_t k = tried.size() - 1;
+    if (k < kLikely && ran_out(trial, tried[k].with)) slow.emplace_back(k, trial);
+    take(k, std::move(trial));
+  }
+  for (auto& [k, trial] : slow) {
+    // The best one goes on for what would be told apart, another one to be better than that.
+    const double least = best->summary.chi_square, apart = kToldApart * std::max(1.0, least) / values_;
+    OutputErrorFit further = fit_to_the_end(tried[k].with, std::move(trial), least - (k == chosen ? apart : 0));
+    tried_ += further.iterations;
+    take(k, std::move(further));
+  }
+  // The trajectory must confirm the weak equations.
+  const TermId term = best ? tried[chosen].term : TermId{};
+  if (best && gain(fit_, *best) >= threshold_of(*term.entry, options_.score_threshold) && explains_enough(*best)) {
+    for (Tried& t : tried) {
+      if (label(t.term, growth_) != label(term, growth_) &&
+          values_ * (t.chi_square - best->summary.chi_square) < kNear * best->summary.chi_square)
+        near_.push_back({term, t.term, std::move(t.found)});
+    }
+    taken_.push_back({term, label(term, growth_), start_of(fit_)});
+    grown_.added.push_back(taken_.back().label);
+    grown_.mode_found |= term.entry == &terms::mode();
+    if (term.entry->one_at_a_time && growth_.mode(term.place).searched) {
+      grown_.warnings.push_back(
+          fmt::format("{} is found in these records alone: k1, c and e are those of the first mode, and those of the "
+                      "disk only where it does not tilt and its supports stay at rest; to decide: a hammer test "
+                      "(--modes)",
+                      taken_.back().label));
+    }
+    fit_ = std::move(*best);
+    growth_ = std::move(tried[chosen].with);
+    if (growth_.start.modes.size() >= kMostSearched)
+      for (CandidateMode& c : growth_.modes) c.open = c.open && !c.searched;
+    refused_.clear();
+    refine_grid();
+    if (term.entry == &terms::runout() && !growth_.bow) try_bow();
+    return true;
+  }
+  refused_.insert(refused_.end(), terms.begin(), terms.end());
+  if (!terms.empty()) return true;
+  warn_of_missing(score);
+  return false;
+}
+
+/// Runout of the probe's track or a bow of the shaft: they differ by the damping force i c omega b alone.
+void RotorSearch::try_bow() {
+  settle();
+  const Growth bowed = with_term(growth_, {&terms::bow()}, options_.refine_poles);
+  OutputErrorFit trial = fit(bowed);
+  if (trial.summary.status == Status::unusable || gain(fit_, trial) < kToldApart) return;
+  const Start before = start_of(fit_);
+  fit_ = std::move(trial);
+  growth_ = bowed;
+  taken_.push_back({{&terms::bow()}, std::string(terms::bow().label), before});
+  grown_.added.push_back(taken_.back().label);
+}
+
+/// Where much stays unexplained, any term of many takes up a little of it, at one long fit each: what the model lacks
+/// is then something else.
+bool RotorSearch::explains_enough(const OutputErrorFit& larger) const {
+  constexpr double kLeast = 0.01;
+  const double before = fit_.summary.chi_square, after = larger.summary.chi_square;
+  return after < kLackingMuch || before - after >= kLeast * (before - 1);
+}
+
+/// Something stays unexplained, and no term of many trial fits took half of it: it is none of the terms known here.
+bool RotorSearch::gives_up() {
+  constexpr int kPatience = 150;  // steps of the trial fits
+  const double rest = fit_.summary.chi_square;
+  if (rest - 1 <= 0.5 * (halved_ - 1)) {
+    halved_ = rest;
+    tried_ = 0;
+  }
+  return rest > kLacking && tried_ > kPatience;
+}
+
+}  // namespace whirl::identification::detail

@@ -1,0 +1,42 @@
+// Parts that real machines have beside shaft, damping and unbalance: at 40 dB each is found by its name, and the rotor
+// beside it is right within its intervals.
+#include "whirl/testing/systems/machine_parts.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "whirl/identify/identify_rotor.hpp"
+
+namespace whirl::identification {
+namespace {
+
+using namespace testing;
+
+struct PartSeed {
+  Part part;
+  unsigned seed;
+};
+class MachinePartProperty : public ::testing::TestWithParam<PartSeed> {};
+
+TEST_P(MachinePartProperty, IsFoundByItsName) {
+  const auto [part, seed] = GetParam();
+  const auto named = std::ranges::find(kParts, part, &PartName::part);
+  const PartRecord truth = part_record(part, 40, seed);
+  const RotorIdentification r = identify_rotor_detailed(std::vector<Recording>{truth.record});
+  EXPECT_THAT(r.added, ::testing::Contains(named->label));
+  EXPECT_LT(r.chi_square_weak, 1.3);
+  for (const auto& [name, value] :
+       {std::pair("k1", truth.k1), std::pair("k2", truth.k2), std::pair("c", truth.c), std::pair("e", truth.e)}) {
+    const Estimate& e = *r.model.parameter(name);
+    EXPECT_LT(std::abs(e.value - value), 4.5 * e.sd) << name << " " << e.value << " +- " << e.sd << ", truth " << value;
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Parts, MachinePartProperty,
+                         ::testing::Values(PartSeed{Part::blade_loss, 2}, PartSeed{Part::loose_bolt, 2},
+                                           PartSeed{Part::two_clocks, 1}, PartSeed{Part::rubber, 1},
+                                           PartSeed{Part::rubber, 2}, PartSeed{Part::rolling_bearing, 1},
+                                           PartSeed{Part::rolling_bearing, 2}, PartSeed{Part::swirl_damping, 1},
+                                           PartSeed{Part::swirl_damping, 2}, PartSeed{Part::film, 1}));
+
+}  // namespace
+}  // namespace whirl::identification
