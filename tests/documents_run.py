@@ -52,21 +52,20 @@ def table(name, head, *columns):
     np.savetxt(folder / name, np.column_stack(columns), fmt="%.9g", delimiter=",", header=",".join(head), comments="")
 
 
-def oscillate(t, force, k1=8883.0, c=7.5, x0=(0.0, 0.0), masses=None):
-    """x, x' of x'' + c x' + k1 x = force(t), by the classical Runge-Kutta rule."""
+def oscillate(t, force, k1=8883.0, c=7.5):
+    """x, x' of x'' + c x' + k1 x = force from rest, the force straight between its samples: exact steps of the pole."""
     h = t[1] - t[0]
-    a = np.array([[0.0, 1.0], [-k1, -c]])
-    states = np.empty((len(t), 2))
-    states[0] = x0
-    for i in range(len(t) - 1):
-        def rate(s, z):
-            return a @ z + (0.0, force(t[i] + s))
-        z = states[i]
-        p = rate(0, z)
-        q = rate(h / 2, z + h / 2 * p)
-        r = rate(h / 2, z + h / 2 * q)
-        states[i + 1] = z + h / 6 * (p + 2 * q + 2 * r + rate(h, z + h * r))
-    return states
+    pole = complex(-c / 2, np.sqrt(k1 - c * c / 4))
+    turn = np.exp(pole * h)
+    last = (turn - 1 - pole * h) / (pole * pole * h)
+    first = (turn - 1) / pole - last
+    push = (first * force[:-1] + last * force[1:]).tolist()
+    z = [0j]  # x' - conj(pole) x
+    for p in push:
+        z.append(turn * z[-1] + p)
+    z = np.array(z)
+    x = z.imag / pole.imag
+    return np.column_stack([x, z.real + pole.real * x])
 
 
 def responses():
@@ -81,13 +80,11 @@ def responses():
           np.degrees(np.angle(answer)))
     t = np.arange(0, 20, 2e-3)
     for name, newton, low, high in (("up_8N", 8, 10, 20), ("up_25N", 25, 10, 20), ("down_25N", 25, 20, 10)):
-        def force(s, newton=newton, low=low, high=high):
-            return newton * np.cos(2 * np.pi * (low * s + (high - low) * s * s / 40))
-        x = oscillate(t, force)[:, 0] + random.normal(0, 1e-5, len(t))
-        table(name + ".csv", ["t_s", "force_N", "x_m"], t, np.array([force(s) for s in t]), x)
+        force = newton * np.cos(2 * np.pi * (low * t + (high - low) * t * t / 40))
+        table(name + ".csv", ["t_s", "force_N", "x_m"], t, force, oscillate(t, force)[:, 0] + random.normal(0, 1e-5, len(t)))
     t = np.arange(0, 200, 5e-3)
     force = random.normal(0, 5, len(t))
-    x = oscillate(t, lambda s: force[min(int(s / 5e-3), len(t) - 1)])[:, 0]
+    x = oscillate(t, force)[:, 0]
     acceleration = np.gradient(np.gradient(x, t), t) + random.normal(0, 1e-3, len(t))
     table("random.csv", ["t_s", "force_N", "acc_1_m_s2"], t, force, acceleration)
     shapes = np.array([[1, 1.4, 1.2, 0.8, 0.5], [1, 0.3, -0.9, -1.1, 0.6]])
@@ -96,7 +93,7 @@ def responses():
         for shape, hz in zip(shapes, (9.0, 17.0)):
             push = random.normal(0, 30, len(t))
             w = 2 * np.pi * hz
-            q = oscillate(t, lambda s, push=push: push[min(int(s / 5e-3), len(t) - 1)], w * w, 0.02 * w)
+            q = oscillate(t, push, w * w, 0.02 * w)
             acceleration = np.gradient(q[:, 1], t)
             sum_ += np.outer(acceleration, shape[list(channels)])
         sum_ += random.normal(0, 0.05 * sum_.std(), sum_.shape)

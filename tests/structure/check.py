@@ -61,6 +61,34 @@ def includes(root):
             used = re.match(r'\s*#\s*include\s*["<]whirl/(\w+)/', text)
             if used and used[1] != part[1] and used[1] not in allowed.get(part[1], []):
                 wrong.append(f"{file}:{line}: {part[1]} includes {used[1]}, which docs/architecture.md does not allow")
+    return wrong + inner_includes(root)
+
+
+def inner_includes(root):
+    """Inside a library the includes between the folders of src form no circle."""
+    arrows = {}  # (library, folder) -> {folder: first place}
+    for file in tracked(root):
+        part = re.match(r"(libs/\w+/src)/(?:(\w+)/)?", file)
+        if not part:
+            continue
+        for line, text in enumerate((root / file).read_text(errors="replace").split("\n"), 1):
+            used = re.match(r'\s*#\s*include\s*"([\w./]+)"', text)
+            if not used or not (root / part[1] / used[1]).exists():
+                continue
+            folder = used[1].split("/")[0] if "/" in used[1] else ""
+            if folder != (part[2] or ""):
+                arrows.setdefault((part[1], part[2] or ""), {}).setdefault(folder, f"{file}:{line}")
+    wrong = []
+    for (library, start), first in sorted(arrows.items()):
+        for folder, place in sorted(first.items()):
+            seen, open_ = set(), [folder]
+            while open_:
+                at = open_.pop()
+                if at not in seen:
+                    seen.add(at)
+                    open_ += arrows.get((library, at), {})
+            if start in seen:
+                wrong.append(f"{place}: {library}/{start} includes {folder or 'the files beside it'}, which leads back")
     return wrong
 
 

@@ -12,6 +12,7 @@
 #include "evidence/part_agreement.hpp"
 #include "record/bridge_gaps.hpp"
 #include "record/damaged_records.hpp"
+#include "rules/chi_square.hpp"
 #include "tilt/adopt_tilt.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
@@ -301,7 +302,7 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
 }
 
 /// Whether the model leaves more than twice the noise, or is none.
-bool explains(const Identification& id) { return id.usable() && !(id.summary.chi_square > 2); }
+bool explains(const Identification& id) { return id.usable() && !(id.summary.chi_square > rules::kNoTrust); }
 
 /// A general system whose equations do not explain the records: the records may be to blame. The fit is made again of
 /// the records without what is found; it is kept where it explains them. Records that are explained are not looked at:

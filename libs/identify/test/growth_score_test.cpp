@@ -5,7 +5,7 @@
 #include <random>
 
 #include "growth/rotor_candidates.hpp"
-#include "growth/score.hpp"
+#include "output_error/score.hpp"
 #include "terms/catalogue.hpp"
 
 namespace whirl::identification::detail {

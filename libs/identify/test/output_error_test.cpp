@@ -3,7 +3,7 @@
 #include <map>
 #include <random>
 
-#include "../src/output_error/rotor/output_error_kernel.hpp"
+#include "output_error/rotor/output_error_kernel.hpp"
 #include "rotor_synthetic.hpp"
 #include "whirl/expr/expr.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
@@ -144,7 +144,7 @@ TEST(RotorTermCatalogueProperty, TheDerivativesOfAForceAreThose) {
   std::normal_distribution<double> normal;
   for (const RotorTerm& term : every_force()) {
     TermPoint p{
-        1e-3 * normal(random), 1e-3 * normal(random), 0.1 * normal(random), 0.1 * normal(random), 90, 1.3, 0.9, 5};
+        1e-3 * normal(random), 1e-3 * normal(random), 0.1 * normal(random), 0.1 * normal(random), 90, 1.3, 0.5, 5};
     const TermForce f = term_force(term, p);
     const auto slope = [&](double TermPoint::*state, double step) {
       TermPoint more = p, less = p;

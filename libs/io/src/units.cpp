@@ -10,7 +10,7 @@
 #include <numeric>
 #include <vector>
 
-#include "usual_unit.hpp"
+#include "formats/usual_unit.hpp"
 #include "whirl/core/angles.hpp"
 
 namespace whirl::io {

@@ -7,6 +7,7 @@
 
 #include "drive/drive_model.hpp"
 #include "evidence/verdict.hpp"
+#include "rules/chi_square.hpp"
 #include "weak/integral_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/drive.hpp"
@@ -264,7 +265,7 @@ Summary verdict(const TrajectoryFit& best, const Told& told, double horizon, con
   summary.condition_number = model.summary.condition_number;
   if (!told.joined.empty()) summary.warnings.push_back(told.joined);
   if (!best.converged) summary.warn("the fit on free runs did not converge");
-  if (summary.chi_square > 2)
+  if (summary.chi_square > rules::kNoTrust)
     summary.warn(fmt::format("model error: chi-square {:.2f} (1 when the model fits)", summary.chi_square));
   if (horizon < 0.99 * longest)
     summary.warn(fmt::format("the model follows angle and motion for {:.2g} s only", horizon));

@@ -9,6 +9,7 @@
 
 #include "evidence/verdict.hpp"
 #include "problem/rotor_equations.hpp"
+#include "rules/chi_square.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -120,7 +121,7 @@ void judge_sizes(const RotorIdentification& result, Summary& summary) {
   constexpr double kMost = 6;
   const OutputErrorFit& fit = result.fit;
   TermScale scale = scale_of(fit.model, fit);
-  const bool explained = std::max(result.chi_square_weak, fit.summary.chi_square) < 1.3;
+  const bool explained = std::max(result.chi_square_weak, fit.summary.chi_square) < rules::kModelError;
   const double unstable = unstable_from(fit.model, fit.terms, scale.top_speed);
   // k1 and c of the rotor hold at the start of a drift and at rest; sizes are those in the middle.
   double c = fit.model.c;

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "problem/rotor_equations.hpp"
+#include "rules/chi_square.hpp"
 #include "terms/catalogue.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/nan.hpp"
@@ -285,8 +286,7 @@ void forget_phase(RotorIdentification& result) {
   model.summary.warn(
       "no angle is measured: it is taken from the vibration itself; the phase of e means nothing (no balancing angle), "
       "k1, k2, c and the size of e are found beside it. A once-per-turn pulse (--pulses) gives both");
-  constexpr double kMost = 1.5;
-  if (model.summary.chi_square > kMost) {
+  if (model.summary.chi_square > rules::kAngleUnknown) {
     model.summary.fail(fmt::format(
         "chi-square {:.3g}: the speed is not a polynomial in time, or this is no rotor on a cubic spring, and "
         "without an angle the two cannot be distinguished: measure a once-per-turn pulse",
@@ -331,7 +331,6 @@ void state_modes_above(RotorIdentification& result) {
 
 void state_one_axis(const std::vector<RotorRecord>& records, RotorIdentification& result) {
   if (!std::ranges::all_of(records, &RotorRecord::one_axis)) return;
-  constexpr double kMost = 2;
   const char axis = records.front().axes == Axes::x ? 'x' : 'y', other = axis == 'x' ? 'y' : 'x';
   result.assumptions.push_back(fmt::format(
       "isotropic rotor: {} is not measured and taken to move as {} does, a quarter turn apart", other, axis));
@@ -344,7 +343,7 @@ void state_one_axis(const std::vector<RotorRecord>& records, RotorIdentification
                    "nothing is known of the critical speed of {}",
                    axis, other, other),
        "a second probe at right angles to the first"});
-  if (result.model.summary.chi_square > kMost) {
+  if (result.model.summary.chi_square > rules::kNoTrust) {
     result.model.summary.fail(fmt::format(
         "chi-square {:.3g}: the motion along {} is not that of a rotor whose axes are alike; with unequal or "
         "coupled axes one direction does not tell k1, c and e: a second probe does",

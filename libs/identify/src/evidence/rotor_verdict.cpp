@@ -8,6 +8,7 @@
 
 #include "evidence/omitted_terms.hpp"
 #include "evidence/verdict.hpp"
+#include "rules/chi_square.hpp"
 #include "terms/catalogue.hpp"
 #include "whirl/core/angles.hpp"
 
@@ -106,7 +107,7 @@ void judge_reach(const RotorIdentification& result, const Cover& cover, Summary&
         result.fit.delay < 0 || result.fit.delay > 5e-3 ? " (implausible for a sensor: rather an error of the angle)"
                                                         : ""));
   }
-  if (result.active.profile_degree > 0 && summary.chi_square > 1.3) {
+  if (result.active.profile_degree > 0 && summary.chi_square > rules::kModelError) {
     summary.warn(fmt::format("the angle is not the assumed profile corrected by a polynomial of degree {}: measure it",
                              result.active.profile_degree));
   }

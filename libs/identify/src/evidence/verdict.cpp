@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rules/chi_square.hpp"
+
 namespace whirl::identification::detail {
 
 bool judge_unexplained(double unexplained, const std::string& run, const std::string& cause, Summary& summary) {
@@ -15,8 +17,7 @@ bool judge_unexplained(double unexplained, const std::string& run, const std::st
 }
 
 bool judge_chi_square(double chi_square, const std::string& consequence, Summary& summary) {
-  constexpr double kModelError = 1.3;
-  if (!(chi_square > kModelError)) return false;
+  if (!(chi_square > rules::kModelError)) return false;
   summary.add({FindingCode::model_error, Consequence::warning, {{"chi_square", chi_square}}}, consequence);
   return true;
 }
@@ -56,8 +57,7 @@ void judge_held_out(const HeldOut& held, Summary& summary) {
 }
 
 void judge_remaining(Summary& summary) {
-  constexpr double kNoTrust = 2;
-  if (summary.status == Status::unusable || !(summary.chi_square > kNoTrust)) return;
+  if (summary.status == Status::unusable || !(summary.chi_square > rules::kNoTrust)) return;
   Finding large{FindingCode::model_error, Consequence::no_trust, {{"chi_square", summary.chi_square}}};
   if (summary.status == Status::ok) {
     summary.add(std::move(large));

@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "growth/score.hpp"
+#include "output_error/score.hpp"
 
 namespace whirl::identification::detail {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "growth/score.hpp"
+#include "output_error/score.hpp"
 #include "terms/catalogue.hpp"
 
 namespace whirl::identification::detail {

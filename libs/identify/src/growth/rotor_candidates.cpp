@@ -65,7 +65,7 @@ double threshold_of(const TermEntry& term, double threshold) {
 }
 
 std::vector<TermId> next_terms(const std::vector<ScoreCandidate>& candidates, const Growth& growth,
-                               const std::vector<TermId>& refused, double threshold, bool rare) {
+                               const std::vector<TermId>& refused, double threshold, bool rare, bool lead) {
   constexpr std::size_t kMost = 6;
   std::vector<TermId> terms;
   double best = 0;
@@ -76,7 +76,7 @@ std::vector<TermId> next_terms(const std::vector<ScoreCandidate>& candidates, co
         terms.size() >= kMost || std::ranges::find(refused, id) != refused.end())
       continue;
     usual |= !c.term->rare;
-    if (c.term->rare && usual && !rare) continue;
+    if (c.term->rare && !rare && (usual || !lead)) continue;
     if (c.term->one_at_a_time) {
       if (c.score < 3 * threshold && growth.mode(c.place).searched) continue;
       if (std::ranges::any_of(terms, [](const TermId& t) { return t.entry->one_at_a_time; })) continue;

@@ -31,8 +31,9 @@ std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, 
 /// Score that a term needs: with n more chances of four sigma the threshold grows by 2 ln n for the others.
 double threshold_of(const TermEntry& term, double threshold);
 /// Candidates to try next. Many look alike near resonance, so all whose score comes near the best are tried and the
-/// trajectory decides. A rare term is tried where its score is above that of every usual one, or where `rare` says so.
+/// trajectory decides. Rare terms are
+/// tried where `rare` says so; `lead`: also where one scores above every usual term.
 std::vector<TermId> next_terms(const std::vector<ScoreCandidate>& candidates, const Growth& growth,
-                               const std::vector<TermId>& refused, double threshold, bool rare);
+                               const std::vector<TermId>& refused, double threshold, bool rare, bool lead);
 
 }  // namespace whirl::identification::detail

@@ -51,7 +51,6 @@ RotorSearch::RotorSearch(const std::vector<RotorRecord>& records, const RotorMod
     taken_.push_back({{term.entry}, std::string(term.entry->label), start_of(fit_)});
     grown_.added.push_back(taken_.back().label);
   }
-  halved_ = fit_.summary.chi_square;
   keep_grid();
   while (usable() && step()) {
   }

@@ -1,7 +1,8 @@
 #pragma once
-#include <memory>
+#include <cmath>
 
 #include "growth/rotor_candidates.hpp"
+#include "rules/chi_square.hpp"
 
 /// The search for the terms of a rotor model.
 namespace whirl::identification::detail {
@@ -78,7 +79,8 @@ class RotorSearch {
   double values_ = 0;    // real readings
   double grid_for_ = 0;  // chi-square of the fit that chose the grid
   int tried_ = 0;        // steps of trial fits since the rest was halved
-  double halved_ = 0;    // chi-square that began them
+  int tried_in_all_ = 0;
+  double halved_ = INFINITY;  // misfit that began them
   OutputErrorFit fit_;
   GrownRotor grown_;
   std::vector<Taken> taken_;
@@ -86,12 +88,8 @@ class RotorSearch {
   std::vector<TermId> refused_;
 };
 
-/// Chi-square from which on a model lacks something.
-inline constexpr double kLacking = 1.3;
 /// Likelihood ratio of models that are told apart (three sigma).
 inline constexpr double kToldApart = 9;
-/// Chi-square of a model that lacks something large: any term shows a sign of it.
-inline constexpr double kLackingMuch = 4;
 
 /// Whether a fit ended by its limit of steps.
 bool ran_out(const OutputErrorFit& fit, const Growth& growth);

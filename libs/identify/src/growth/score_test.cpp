@@ -7,7 +7,7 @@
 #include <optional>
 #include <tuple>
 
-#include "growth/score.hpp"
+#include "output_error/score.hpp"
 #include "terms/score_point.hpp"
 #include "whirl/core/error.hpp"
 

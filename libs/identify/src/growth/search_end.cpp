@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "growth/rotor_search.hpp"
+#include "rules/chi_square.hpp"
 #include "terms/catalogue.hpp"
 
 /// From the end of the search to the model.
@@ -90,7 +91,7 @@ void RotorSearch::find_others() {
                                std::min(taken.entry->decider, other.entry->decider), std::move(replaced)});
   }
   find_second_kind();
-  if (fit_.summary.chi_square > kLackingMuch) return;  // every term shows a sign of what is missing
+  if (fit_.summary.chi_square > rules::kAnotherModel) return;  // every term shows a sign of what is missing
   for (const ScoreCandidate& c : grown_.test.candidates) {
     if (!c.term->in_model || !c.term->hinted || c.score < kHint) continue;
     const Growth with = with_term(growth_, {c.term, c.place}, options_.refine_poles);

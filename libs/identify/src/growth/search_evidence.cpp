@@ -7,6 +7,7 @@
 
 #include "growth/free_run_score.hpp"
 #include "growth/rotor_search.hpp"
+#include "rules/chi_square.hpp"
 #include "terms/catalogue.hpp"
 
 /// What the records say against a growing model.
@@ -42,7 +43,7 @@ ScoreTest RotorSearch::test_on_weak_rows() {
   const std::vector<std::size_t> modes = open_of(growth_.modes, score_.modes);
   const std::vector<std::size_t> decays = open_of(growth_.decays, score_.decays);
   ScoreTest test = score_rotor_terms(records_, fit_, growth_.active, score_);
-  if (rare_ && test.chi_square > kLacking) find_instants(test);
+  if (rare_ && test.chi_square > rules::kModelError) find_instants(test);
   // The score test counts the open candidates; a term names a place of the whole list, which stays when others are
   // taken.
   for (ScoreCandidate& c : test.candidates) {
@@ -101,7 +102,7 @@ void RotorSearch::find_instants(ScoreTest& test) {
 }
 
 void RotorSearch::warn_of_missing(const ScoreTest& test) {
-  if (test.candidates.empty() || test.chi_square <= kLacking) return;
+  if (test.candidates.empty() || test.chi_square <= rules::kModelError) return;
   const ScoreCandidate& first = test.candidates.front();
   const double threshold = threshold_of(*first.term, options_.score_threshold);
   if (first.score < threshold) return;

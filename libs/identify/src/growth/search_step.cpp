@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "growth/rotor_search.hpp"
+#include "rules/chi_square.hpp"
 #include "terms/catalogue.hpp"
 
 /// One step of the search after the other.
@@ -32,7 +33,8 @@ bool RotorSearch::step() {
     warn_of_missing(score);
     return false;
   }
-  const std::vector<TermId> terms = next_terms(score.candidates, growth_, refused_, options_.score_threshold, rare_);
+  const std::vector<TermId> terms =
+      next_terms(score.candidates, growth_, refused_, options_.score_threshold, rare_, taken_.empty());
   struct Tried {
     TermId term;
     Growth with;
@@ -55,8 +57,10 @@ bool RotorSearch::step() {
     if (too_many(with)) continue;
     OutputErrorFit trial =
         term.entry->by_reference != nullptr ? fit_about_instant(with, *score.find(*term.entry)) : fit(with);
-    tried_ += trial.iterations;
+    tried_ += trial.iterations, tried_in_all_ += trial.iterations;
     if (trial.summary.status == Status::unusable) continue;
+    // A rare term that leaves something is no better than usual ones that together leave nothing.
+    if (term.entry->rare && !rare_ && !(trial.summary.chi_square < rules::kModelError)) continue;
     tried.push_back({term, std::move(with), 0, {}});
     const std::size_t k = tried.size() - 1;
     if (k < kLikely && ran_out(trial, tried[k].with)) slow.emplace_back(k, trial);
@@ -66,7 +70,7 @@ bool RotorSearch::step() {
     // The best one goes on for what would be told apart, another one to be better than that.
     const double least = best->summary.chi_square, apart = kToldApart * std::max(1.0, least) / values_;
     OutputErrorFit further = fit_to_the_end(tried[k].with, std::move(trial), least - (k == chosen ? apart : 0));
-    tried_ += further.iterations;
+    tried_ += further.iterations, tried_in_all_ += further.iterations;
     take(k, std::move(further));
   }
   // The trajectory must confirm the weak equations.
@@ -120,18 +124,19 @@ void RotorSearch::try_bow() {
 bool RotorSearch::explains_enough(const OutputErrorFit& larger) const {
   constexpr double kLeast = 0.01;
   const double before = fit_.summary.chi_square, after = larger.summary.chi_square;
-  return after < kLackingMuch || before - after >= kLeast * (before - 1);
+  return after < rules::kAnotherModel || before - after >= kLeast * (before - 1);
 }
 
 /// Something stays unexplained, and no term of many trial fits took half of it: it is none of the terms known here.
+/// Where each takes half but there is no end of them, they stand in for something else.
 bool RotorSearch::gives_up() {
-  constexpr int kPatience = 150;  // steps of the trial fits
-  const double rest = fit_.summary.chi_square;
+  constexpr int kPatience = 150, kMost = 400;  // steps of the trial fits
+  const double rest = misfit();
   if (rest - 1 <= 0.5 * (halved_ - 1)) {
     halved_ = rest;
     tried_ = 0;
   }
-  return rest > kLacking && tried_ > kPatience;
+  return rest > rules::kModelError && (tried_ > kPatience || tried_in_all_ > kMost);
 }
 
 }  // namespace whirl::identification::detail

@@ -7,7 +7,8 @@
 #include <complex>
 #include <numbers>
 
-#include "problem/start_motion.hpp"
+#include "record/start_motion.hpp"
+#include "rules/chi_square.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
 
 namespace whirl::identification::detail {
@@ -28,7 +29,6 @@ std::vector<RotorRecord> in_parts(const std::vector<RotorRecord>& records, Eigen
 /// where it does not explain them.
 bool refine(const std::vector<RotorRecord>& records, Eigen::Index parts, WhirlStart& whirl) {
   WeakRotorFit& start = whirl.fit;
-  constexpr double kExplained = 2;
   OutputErrorOptions options;
   options.terms = start.terms;
   std::vector<Complex> eps;
@@ -36,7 +36,7 @@ bool refine(const std::vector<RotorRecord>& records, Eigen::Index parts, WhirlSt
   const OutputErrorFit fit = fit_output_error_rotor(in_parts(records, parts), start.model, options, eps);
   if (fit.summary.status == Status::unusable) return false;
   whirl.chi_square = std::min(whirl.chi_square, fit.summary.chi_square);
-  if (!(fit.summary.chi_square < kExplained)) return false;
+  if (!(fit.summary.chi_square < rules::kNoTrust)) return false;
   whirl.parts = parts;
   whirl.chi_square = fit.summary.chi_square;
   start.model.k1 = fit.model.k1, start.model.k2 = fit.model.k2, start.model.c = fit.model.c;

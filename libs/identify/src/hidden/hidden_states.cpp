@@ -14,7 +14,7 @@
 #include "evidence/verdict.hpp"
 #include "hidden/hidden_kinds.hpp"
 #include "record/bridge_gaps.hpp"
-#include "trajectory/sindy_timing.hpp"
+#include "timing/sindy_timing.hpp"
 #include "trajectory/trajectory_runs.hpp"
 #include "trajectory/trajectory_score.hpp"
 #include "whirl/core/error.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "growth/score.hpp"
+#include "output_error/score.hpp"
 #include "output_error/states_problem.hpp"
 #include "output_error/substeps.hpp"
 #include "whirl/core/error.hpp"

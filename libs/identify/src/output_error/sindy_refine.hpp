@@ -1,8 +1,8 @@
 #pragma once
 #include <vector>
 
-#include "bounds/sign_bounds.hpp"
-#include "output_error/shooting_runs.hpp"
+#include "problem/shooting_runs.hpp"
+#include "problem/sign_bounds.hpp"
 #include "whirl/core/identified_model.hpp"
 
 namespace whirl::identification::detail {

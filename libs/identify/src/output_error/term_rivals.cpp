@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "growth/rival_terms.hpp"
 #include "output_error/model_terms.hpp"
+#include "output_error/rival_terms.hpp"
 #include "output_error/term_search.hpp"
 
 namespace whirl::identification::detail {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "output_error/shooting_runs.hpp"
 #include "output_error/sindy_refine.hpp"
+#include "problem/shooting_runs.hpp"
 #include "whirl/identify/refine.hpp"
 #include "whirl/identify/simulate_model.hpp"
 

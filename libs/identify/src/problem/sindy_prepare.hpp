@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "bounds/sign_bounds.hpp"
-#include "output_error/shooting_runs.hpp"
+#include "problem/shooting_runs.hpp"
+#include "problem/sign_bounds.hpp"
 #include "whirl/core/identified_model.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/regression/gram.hpp"

@@ -8,6 +8,7 @@
 
 #include "evidence/channel_units.hpp"
 #include "evidence/record_quality.hpp"
+#include "rules/chi_square.hpp"
 #include "trajectory/trajectory_runs.hpp"
 #include "trajectory/trajectory_score.hpp"
 #include "whirl/core/error.hpp"
@@ -330,7 +331,8 @@ IdentifiedModel fit_rational(const std::vector<Recording>& records, const SindyO
   s.chi_square = best.trajectory.rmse * best.trajectory.rmse;
   s.residual = best.trajectory.rmse;
   if (!best.trajectory.converged) s.warn("the fit on free runs did not converge");
-  if (s.chi_square > 1.3) s.warn(fmt::format("model error: chi-square {:.2f} (1 when the model fits)", s.chi_square));
+  if (s.chi_square > rules::kModelError)
+    s.warn(fmt::format("model error: chi-square {:.2f} (1 when the model fits)", s.chi_square));
   s.trust = "Trust free runs in the range of the records; where a denominator nears zero beyond it they mean nothing.";
   return model;
 }

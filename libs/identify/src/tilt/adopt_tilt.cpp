@@ -6,26 +6,25 @@
 #include <cmath>
 
 #include "evidence/verdict.hpp"
+#include "rules/chi_square.hpp"
 #include "whirl/core/angles.hpp"
 
 namespace whirl::identification::detail {
 namespace {
-
-constexpr double kModelError = 1.3;
 
 /// Whether the plain rotor leaves something, or reads it as a mode that it had to search for.
 bool asks_for_more(const RotorIdentification& found, const RotorIdentifyOptions& options) {
   if (!options.search_modes || found.fit.records.empty()) return false;
   const bool searched = !options.modal && found.mode_found;
   const double worst = std::max(found.chi_square_weak, found.fit.summary.chi_square);
-  return searched || found.model.summary.status == Status::unusable || !(worst <= kModelError);
+  return searched || found.model.summary.status == Status::unusable || !(worst <= rules::kModelError);
 }
 
 /// The share of the likelihood that a mode found by search has to bring (identify_rotor.hpp).
 bool clearly_better(const IdentifiedModel& tilting, const RotorIdentification& found, const RotorRecord& record,
                     const RotorIdentifyOptions& options) {
   const double chi_square = tilting.summary.chi_square, values = 2 * static_cast<double>(record.size());
-  return chi_square < kModelError &&
+  return chi_square < rules::kModelError &&
          values * (found.fit.summary.chi_square - chi_square) / std::max(1.0, chi_square) > 3 * options.score_threshold;
 }
 
@@ -70,7 +69,7 @@ RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, cons
   // Short runs with starts of their own leave less than one run of the whole record: they must at least come near what
   // is asked of the whole.
   constexpr double kNear = 1.1;
-  const double most = kNear * std::sqrt(std::min(kModelError, found.fit.summary.chi_square));
+  const double most = kNear * std::sqrt(std::min(rules::kModelError, found.fit.summary.chi_square));
   std::optional<IdentifiedModel> tilting = fit_tilt_rotor(record, found.fit.model, most);
   if (!tilting || !clearly_better(*tilting, found, record, options)) return found;
   judge_tilt(record, (record.z.array() - found.fit.model.offset).abs().maxCoeff(), *tilting);

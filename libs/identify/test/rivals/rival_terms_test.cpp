@@ -1,5 +1,5 @@
 // Sets of terms that explain a record as well as others: they are found, and said.
-#include "../../src/growth/rival_terms.hpp"
+#include "output_error/rival_terms.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

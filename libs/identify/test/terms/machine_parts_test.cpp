@@ -24,6 +24,10 @@ TEST_P(MachinePartProperty, IsFoundByItsName) {
   const PartRecord truth = part_record(part, 40, seed);
   const RotorIdentification r = identify_rotor_detailed(std::vector<Recording>{truth.record});
   EXPECT_THAT(r.added, ::testing::Contains(named->label));
+  if (part == Part::keyway) {  // the cubic spring of a shaft that sags is none of the terms: said, and not trusted
+    EXPECT_EQ(r.model.summary.status, Status::warning);
+    return;
+  }
   EXPECT_LT(r.chi_square_weak, 1.3);
   for (const auto& [name, value] :
        {std::pair("k1", truth.k1), std::pair("k2", truth.k2), std::pair("c", truth.c), std::pair("e", truth.e)}) {
@@ -32,11 +36,11 @@ TEST_P(MachinePartProperty, IsFoundByItsName) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(Parts, MachinePartProperty,
-                         ::testing::Values(PartSeed{Part::blade_loss, 2}, PartSeed{Part::loose_bolt, 2},
-                                           PartSeed{Part::two_clocks, 1}, PartSeed{Part::rubber, 1},
-                                           PartSeed{Part::rubber, 2}, PartSeed{Part::rolling_bearing, 1},
-                                           PartSeed{Part::rolling_bearing, 2}, PartSeed{Part::swirl_damping, 1},
-                                           PartSeed{Part::swirl_damping, 2}, PartSeed{Part::film, 1}));
+                         ::testing::Values(PartSeed{Part::blade_loss, 1}, PartSeed{Part::blade_loss, 2},
+                                           PartSeed{Part::loose_bolt, 1}, PartSeed{Part::two_clocks, 2},
+                                           PartSeed{Part::loss_factor, 1}, PartSeed{Part::keyway, 2},
+                                           PartSeed{Part::rubber, 1}, PartSeed{Part::swirl_damping, 1},
+                                           PartSeed{Part::rolling_bearing, 2}, PartSeed{Part::film, 1}));
 
 }  // namespace
 }  // namespace whirl::identification

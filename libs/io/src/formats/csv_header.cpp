@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "formats/text_lines.hpp"
-#include "usual_unit.hpp"
+#include "formats/usual_unit.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/names.hpp"
 #include "whirl/io/signals.hpp"

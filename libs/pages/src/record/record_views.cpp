@@ -8,7 +8,7 @@
 #include "record/record_maps.hpp"
 #include "record/record_orbit.hpp"
 #include "record/record_part.hpp"
-#include "run_line.hpp"
+#include "record/run_line.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"

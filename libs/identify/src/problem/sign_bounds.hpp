@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "output_error/shooting_runs.hpp"
+#include "problem/shooting_runs.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/regression/regression.hpp"
 

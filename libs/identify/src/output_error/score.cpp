@@ -1,4 +1,4 @@
-#include "growth/score.hpp"
+#include "output_error/score.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

@@ -1,4 +1,4 @@
-#include "run_line.hpp"
+#include "record/run_line.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "output_error/shooting_runs.hpp"
+#include "problem/shooting_runs.hpp"
 
 #include <algorithm>
 

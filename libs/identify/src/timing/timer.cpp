@@ -1,4 +1,4 @@
-#include "trajectory/timer.hpp"
+#include "timing/timer.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
-#include "growth/rival_terms.hpp"
+#include "output_error/rival_terms.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
-#include "growth/score.hpp"
+#include "output_error/score.hpp"
 #include "whirl/regression/regression.hpp"
 
 namespace whirl::identification::detail {

@@ -1,4 +1,4 @@
-#include "trajectory/sindy_timing.hpp"
+#include "timing/sindy_timing.hpp"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,9 @@
 #include <set>
 
 #include "problem/sindy_prepare.hpp"
+#include "timing/timer.hpp"
 #include "trajectory/held_input.hpp"
 #include "trajectory/input_lag.hpp"
-#include "trajectory/timer.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/trajectory.hpp"
 

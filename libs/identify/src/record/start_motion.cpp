@@ -1,4 +1,4 @@
-#include "problem/start_motion.hpp"
+#include "record/start_motion.hpp"
 
 #include <algorithm>
 #include <cmath>

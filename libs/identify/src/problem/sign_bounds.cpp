@@ -1,4 +1,4 @@
-#include "bounds/sign_bounds.hpp"
+#include "problem/sign_bounds.hpp"
 
 #include <fmt/ranges.h>
 

@@ -12,7 +12,7 @@
 #include "evidence/sindy_verdict.hpp"
 #include "output_error/sindy_refine.hpp"
 #include "problem/sindy_prepare.hpp"
-#include "trajectory/sindy_timing.hpp"
+#include "timing/sindy_timing.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/hidden_states.hpp"
 #include "whirl/identify/rational.hpp"

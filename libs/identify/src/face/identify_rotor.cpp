@@ -17,7 +17,8 @@
 #include "growth/self_excited.hpp"
 #include "problem/record_noise.hpp"
 #include "problem/rotor_equations.hpp"
-#include "problem/start_motion.hpp"
+#include "record/start_motion.hpp"
+#include "rules/chi_square.hpp"
 #include "terms/catalogue.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
@@ -81,8 +82,6 @@ void search_profile(RotorRecord& record, const RotorIdentifyOptions& options) {
   record.angle = with_rate_error(record.angle, 0.5 * (low + high));
 }
 
-constexpr double kWrong = 4;  // chi-square of another model
-
 /// Whether the records have springs or dampers of their own (a machine that warmed up between them): the weak equations
 /// of each alone against those of the first. `start`: what they give then.
 bool part_records(const std::vector<RotorRecord>& records, const WeakRotorOptions& weak, OutputErrorOptions& active,
@@ -128,17 +127,17 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
   };
   /// A model with more in it that does not explain the records either must leave half of what the simpler one does.
   const auto take = [&](std::unique_ptr<RotorSearch> other, double share) {
-    const bool better = other->misfit() < detail::kLacking || other->misfit() < share * misfit();
+    const bool better = other->misfit() < rules::kModelError || other->misfit() < share * misfit();
     if (better || !best) best = std::move(other);
     return better;
   };
   constexpr double kAny = 1, kHalf = 0.5;
-  const auto found = [&] { return misfit() < detail::kLacking; };
+  const auto found = [&] { return misfit() < rules::kModelError; };
 
   std::unique_ptr<RotorSearch> lower;
   if (const auto start = options.search_modes ? detail::lower_resonance(moving, weak) : std::nullopt) {
     lower = search(start->model, start->eps, active, Beside::modes);
-    if (lower->misfit() < detail::kLacking) return std::move(*lower).finish();
+    if (lower->misfit() < rules::kModelError) return std::move(*lower).finish();
   }
   // Damping that is positive is tried as it is first: whatever is missing need not drive the motion.
   if (first.model.c > 0) take(search(first.model, first.eps, active), kAny);
@@ -148,14 +147,24 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
     linear.k2 = 0;
     take(search(linear, first.eps, active), kAny);
   }
+  OutputErrorOptions own = active;
+  WeakRotorFit start = first;
+  if (records.size() > 1 && !found() && part_records(moving, weak, own, start)) {
+    if (!best) take(search(first.model, first.eps, active), kAny);
+    if (take(search(start.model, start.eps, own), kHalf)) {
+      first = std::move(start);
+      active = std::move(own);
+    }
+  }
   // Begun again with rare terms or with modes of any frequency among the candidates, so that none of the terms taken up
   // so far stands in for one of them.
-  if (options.terms && displacement && first.model.c > 0 && !found())
+  if (options.terms && displacement && best && !found())
     take(search(first.model, first.eps, active, Beside::rare_terms), kHalf);
   // (A whirl of its own is followed over parts of the displacements: not sought in an integral.)
   std::unique_ptr<RotorSearch> driven;
   std::string said;
-  if (options.terms && displacement && !found() && (first.summary.chi_square > kWrong || first.model.c <= 0)) {
+  if (options.terms && displacement && !found() &&
+      (first.summary.chi_square > rules::kAnotherModel || first.model.c <= 0)) {
     for (const detail::WhirlStart& whirl : detail::self_excited_starts(records, weak, first)) {
       // Parts with starts of their own follow a true whirl better than any single motion.
       if (best && misfit() < whirl.chi_square) continue;
@@ -163,24 +172,17 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
       with.terms = whirl.fit.terms;
       std::unique_ptr<RotorSearch> other = search(whirl.fit.model, whirl.fit.eps, with);
       if (whirl.parts > 1 && said.empty()) said = whirl.reason();
-      if (other->misfit() < detail::kLacking) return std::move(*other).finish();
+      if (other->misfit() < rules::kModelError) return std::move(*other).finish();
       if (!driven || other->misfit() < driven->misfit()) driven = std::move(other);
     }
   }
   if (!best) take(search(first.model, first.eps, active), kAny);
-  OutputErrorOptions own = active;
-  WeakRotorFit start = first;
-  if (records.size() > 1 && !found() && part_records(moving, weak, own, start) &&
-      take(search(start.model, start.eps, own), kHalf)) {
-    first = std::move(start);
-    active = std::move(own);
-  }
   if (options.search_modes && best->usable() && !found())
     take(search(first.model, first.eps, active, Beside::modes), kHalf);
   for (std::unique_ptr<RotorSearch>* other : {&driven, &lower})
     if (*other) take(std::move(*other), kHalf);
   detail::GrownRotor grown = std::move(*best).finish();
-  if (!said.empty() && !(grown.misfit() < detail::kLacking)) grown.warnings.push_back(said);
+  if (!said.empty() && !(grown.misfit() < rules::kModelError)) grown.warnings.push_back(said);
   return grown;
 }
 
