@@ -59,8 +59,10 @@ TEST(VibrationFindings, AnElectricLineFarAboveTheNoiseIsReadAtItsTop) {
     const VibrationFindings v = found_in(t, seed);
     const VibrationFinding* line = v.find(VibrationCode::twice_line_frequency);
     ASSERT_NE(line, nullptr) << seed;
-    EXPECT_NEAR(line->size, 36e-6, 0.7e-6) << seed;
-    EXPECT_EQ(v.find(VibrationCode::second_order), nullptr) << seed;
+    EXPECT_NEAR(line->size, 36e-6, 0.4e-6) << seed;
+    // A supply that wanders has skirts, 0.6 % of the line; 2X of 10 % was what the wrong frequency left.
+    const VibrationFinding* second = v.find(VibrationCode::second_order);
+    EXPECT_LT(second == nullptr ? 0 : second->size, 0.01 * line->size) << seed;
   }
 }
 
