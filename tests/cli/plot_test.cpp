@@ -135,19 +135,25 @@ TEST(PlotReference, WaterfallShowsFirstAndSecondOrderOfASweepAtTheirAmplitude) {
   for (const char* what : {"waterfall", "full-waterfall"}) {
     const bool full = std::string(what) == "full-waterfall";
     ASSERT_EQ(folder.whirl(std::string("plot run.csv --what ") + what + " --out map.csv").exit_code, 0);
-    // The map's own columns come last.
+    // One row a time; the columns of the map are named by their frequency.
     const auto all = columns_of(folder / "map.csv");
-    const auto &time = all[all.size() - 3].second, &f = all[all.size() - 2].second, &db = all.back().second;
-    const std::string& header = all.back().first;
-    ASSERT_EQ(time.size(), db.size());
+    const auto time = column(folder / "map.csv", "time [s]");
+    std::string header;
     std::map<double, std::array<double, 3>> peaks;  // per time: 1X, 2X, -1X
-    for (std::size_t i = 0; i < time.size(); ++i) {
-      const double speed = 15 + 25 * time[i] / 20;
-      auto& [one, two, back] = peaks.try_emplace(time[i], std::array<double, 3>{}).first->second;
-      const double value = std::pow(10, db[i] / 20);
-      if (std::abs(f[i] - speed) < 5) one = std::max(one, value);
-      if (std::abs(f[i] - 2 * speed) < 5) two = std::max(two, value);
-      if (std::abs(f[i] + speed) < 5) back = std::max(back, value);
+    for (const auto& [name, db] : all) {
+      const std::size_t at = name.rfind(" at ");
+      if (at == std::string::npos || name.find(" Hz", at) == std::string::npos) continue;
+      header = name;
+      const double f = std::stod(name.substr(at + 4));
+      ASSERT_EQ(time.size(), db.size());
+      for (std::size_t i = 0; i < time.size(); ++i) {
+        const double speed = 15 + 25 * time[i] / 20;
+        auto& [one, two, back] = peaks.try_emplace(time[i], std::array<double, 3>{}).first->second;
+        const double value = std::pow(10, db[i] / 20);
+        if (std::abs(f - speed) < 5) one = std::max(one, value);
+        if (std::abs(f - 2 * speed) < 5) two = std::max(two, value);
+        if (std::abs(f + speed) < 5) back = std::max(back, value);
+      }
     }
     ASSERT_GT(peaks.size(), 100U);
     for (const auto& [t, p] : peaks) {
@@ -293,7 +299,7 @@ TEST(PlotE2e, TheCsvOfEveryFigureIsReadAgain) {
   const Folder folder;
   folder.write("run.csv", sweep(10, 40, 4, resonance, [](double f) { return resonance(f) * Complex(0, -0.5); }));
   for (const char* what : {"traces", "spectrum", "full-spectrum", "bode", "polar", "nyquist", "orders", "centreline",
-                           "orbit", "run-map", "funnel"}) {
+                           "orbit", "run-map", "waterfall", "full-waterfall", "funnel"}) {
     const std::string file = std::string(what) + ".csv";
     ASSERT_EQ(folder.whirl("plot run.csv --what " + std::string(what) + " --out " + file).exit_code, 0) << what;
     const Outcome info = folder.whirl("info " + file);
@@ -306,6 +312,11 @@ TEST(PlotE2e, TheCsvOfEveryFigureIsReadAgain) {
     EXPECT_EQ(modes.exit_code, 0) << modes.err;
     EXPECT_EQ(folder.whirl("plot " + std::string(plane) + ".csv --what bode --out again.svg --force").exit_code, 0);
   }
+  // One row per time: the level of a frequency over time is a channel, and 1X beside it.
+  const auto speed = column(folder / "waterfall.csv", "1X: frequency");
+  EXPECT_GT(speed.size(), 50u);
+  const Outcome levels = folder.whirl("info waterfall.csv");
+  EXPECT_NE(levels.out.find(" Hz"), std::string::npos) << levels.out;
   // Samples of a run stand beside one column of time: a record again.
   EXPECT_EQ(folder.whirl("plot traces.csv --what spectrum --out again.svg --force").exit_code, 0);
 }

@@ -115,6 +115,14 @@ RunDesign design_of(const BalancingJob& job, const std::vector<bool>& used, Drif
   return plain;
 }
 
+/// Spare runs behind the scatter. The run that goes out is the one without which the others scatter least: its choice
+/// spends a spare run beside its own. Without that, 95 % intervals held in 91 % (seeds 3000 on; with it, in 95 %).
+double without_choice(const InfluenceFit& fit) {
+  constexpr double kLeast = 0.5;  // one degree of freedom
+  const auto gone = std::ranges::count_if(fit.contradictions, &Contradiction::left_out);
+  return gone > 0 && fit.spare > 0 ? std::max(kLeast, fit.spare - static_cast<double>(gone)) : fit.spare;
+}
+
 }  // namespace
 
 InfluenceFit fit_influence(const BalancingJob& job, const InfluenceOptions& options) {
@@ -142,6 +150,7 @@ InfluenceFit fit_influence(const BalancingJob& job, const InfluenceOptions& opti
                        {{"spare", fit.spare}},
                        "leaving out run '" + job.runs[static_cast<std::size_t>(c.run)].name + "'"});
   }
+  fit.spare = without_choice(fit);
   if (repeats.share > kRepeats && !fit.angles_reversed)
     fit.summary.add({FindingCode::not_repeatable,
                      Consequence::warning,

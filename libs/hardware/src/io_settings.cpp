@@ -68,6 +68,11 @@ static void visit_fields(Io& io, Visitor&& visit) {
   visit("board.counts", io.vendor.counts, 1.0);
   visit("board.tracking_hz", io.vendor.bandwidth, 1.0);
   visit_iio(io.iio, visit);
+  visit("tacho.analog", io.tacho.analog, 1.0);
+  visit("tacho.pulses", io.tacho.pulses, 1.0);
+  visit("tacho.missing", io.tacho.missing, 1.0);
+  visit("tacho.edge", io.tacho.edge, 1.0);
+  visit("tacho.learn_s", io.tacho.learn, 1.0);
   for (std::size_t i = 0; i < 2; ++i) {
     const auto key = [&](const char* table, const char* name) {
       return fmt::format("{}.{}.{}", table, kAxisName[i], name);
@@ -162,6 +167,23 @@ static void check_iio(const IoSettings& io) {
   }
 }
 
+static void check_tacho(const IoSettings& io) {
+  require_range("tacho.analog", io.tacho.analog, -1, 3);
+  require_range("tacho.pulses", io.tacho.pulses, 0, 1000);
+  require_range("tacho.missing", io.tacho.missing, -1, 100);
+  require_range("tacho.learn_s", io.tacho.learn, 0.5, 60, "s");
+  if (io.tacho.analog < 0) return;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const rt::PositionInput& p = io.hardware.position[i];
+    if (p.laser.device.empty() && p.analog == io.tacho.analog)
+      throw Error::in_field("tacho.analog", fmt::format("{}", io.tacho.analog),
+                            fmt::format("another input than that of sensor.{}", kAxisName[i]));
+  }
+  require_range("board.tracking_hz", io.vendor.bandwidth, 0.1, 0.1 * io.rate, "Hz");
+  if (io.driver == "iio" && io.iio.inputs[static_cast<std::size_t>(io.tacho.analog)].empty())
+    throw Error::in_field(fmt::format("iio.input_{}", io.tacho.analog), "", "the channel of the tacho");
+}
+
 IoSettings read_io(const std::filesystem::path& path) {
   const io::Settings settings = io::read_settings(path);
   IoSettings io;
@@ -170,10 +192,12 @@ IoSettings read_io(const std::filesystem::path& path) {
   settings.text("loop.overrun", io.overrun, {"skip", "catch-up", "trip"});
   settings.text("loop.dt", io.dt, {"nominal", "fill"});
   settings.text("board.driver", io.driver, {"udp", "comedi", "quanser", "iio"});
+  settings.text("tacho.edge", io.tacho.edge, {"automatic", "rising", "falling", "both"});
   io::apply(settings, io);
   settings.finish();
   io.hardware.sample_time = 1 / io.rate;
   io.hardware.board_timeout = io.watchdog;
+  io.hardware.tacho = io.tacho.analog;
   try {
     require_range("loop.rate_hz", io.rate, 10, 10000, "Hz");
     require_range("loop.settle_ticks", io.settle, 10, 100000);
@@ -193,6 +217,7 @@ IoSettings read_io(const std::filesystem::path& path) {
       require_range("board.tracking_hz", io.vendor.bandwidth, 0.1, 0.1 * io.rate, "Hz");
     }
     if (io.driver == "iio") check_iio(io);
+    check_tacho(io);
     require_range("safety.release_ms", 1e3 * io.release, 0, 6e4, "ms");
   } catch (const Error& e) {
     throw Error::in_file(path.string(), 0, e.what());

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "learn_tacho.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rt/realtime.hpp"
@@ -115,8 +116,9 @@ RealtimeRun run_realtime(const ControllerDesign& design, const IoSettings& setti
     if (!trial.refused().empty()) throw Error("--require-rt: " + trial.refused().front());
   }
   rt::HardwareRig rig(io.hardware, io.board());
-  Writer writer(options, io.rate);
   RealtimeRun run;
+  run.angle = learn_tacho(io, rig);
+  Writer writer(options, io.rate);
   run.settings = io;
   run.loop = run_loop(io, rig, &controller,
                       {.seconds = options.seconds,
@@ -136,6 +138,10 @@ RealtimeRun run_realtime(const ControllerDesign& design, const IoSettings& setti
   writer.finish(run);
   run.force_rms = run.samples > 0 ? std::sqrt(run.force_rms / static_cast<double>(run.samples)) : 0;
   for (int i = 0; i < 2; ++i) run.lasers[static_cast<std::size_t>(i)] = report_of(rig, i);
+  if (const rt::TachoTracker* tacho = rig.tacho()) {
+    run.tacho_missing = tacho->missing();
+    run.tacho_extra = tacho->extra();
+  }
   const LoopOutcome& loop = run.loop;
   if (!loop.armed) {
     run.summary.fail("not armed: " + loop.reason +
@@ -168,6 +174,8 @@ io::Json to_json(const RealtimeRun& run) {
       .set("records_dropped", static_cast<double>(loop.dropped_records))
       .set("not_recorded", run.not_recorded);
   json.set("x_peak", run.x_peak).set("y_peak", run.y_peak).set("force_rms", run.force_rms);
+  if (!run.angle.empty()) json.set("angle", run.angle);
+  if (run.tacho_missing >= 0) json.set("tacho_missing", run.tacho_missing).set("tacho_extra", run.tacho_extra);
   json.set("granted", loop.granted).set("refused", loop.refused);
   for (std::size_t i = 0; i < 2; ++i) {
     const LaserReport& seen = run.lasers[i];
@@ -185,8 +193,9 @@ io::Json to_json(const RealtimeRun& run) {
 RecordRun record_disarmed(const IoSettings& io, const RealtimeRunOptions& options) {
   require_range("--seconds", options.seconds, 0, 1e6, "s");
   rt::HardwareRig rig(io.hardware, io.board());
-  Writer writer(options, io.rate);
   RecordRun run;
+  run.angle = learn_tacho(io, rig);
+  Writer writer(options, io.rate);
   run.loop = run_loop(io, rig, nullptr,
                       {.seconds = options.seconds,
                        .take =
@@ -204,7 +213,10 @@ RecordRun record_disarmed(const IoSettings& io, const RealtimeRunOptions& option
 
 io::Json to_json(const RecordRun& run) {
   io::Json json = io::start_document("whirl.record", 1);
-  json.set("cycles", run.cycles).set("missed", run.loop.timing.missed).set("reason", run.loop.reason);
+  json.set("angle", run.angle)
+      .set("cycles", run.cycles)
+      .set("missed", run.loop.timing.missed)
+      .set("reason", run.loop.reason);
   return json.set("records_dropped", static_cast<double>(run.loop.dropped_records))
       .set("not_recorded", run.not_recorded);
 }

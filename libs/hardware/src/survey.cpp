@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "learn_tacho.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rt/realtime.hpp"
 
@@ -233,8 +234,14 @@ LoopSurvey survey(const IoSettings& io, double seconds, double excitation) {
   IoSettings settings = io;
   settings.release = 0;
   rt::HardwareRig rig(io.hardware, io.board());
-  const rt::RealtimeThread realtime(io.realtime);
   LoopSurvey out;
+  try {
+    out.angle = learn_tacho(io, rig);
+  } catch (const Error& e) {
+    // An excitation is for a shaft at rest, where a tacho has nothing to show.
+    excitation > 0 ? out.angle.push_back(e.what()) : out.summary.fail(e.what());
+  }
+  const rt::RealtimeThread realtime(io.realtime);
   rt::WallTime time;
   if (io.clock == "wall") {
     rt::PacedClock clock(time, io.pace());
@@ -287,6 +294,7 @@ io::Json to_json(const IoSettings& io, const LoopSurvey& s) {
   board.set("turnaround_mean", s.turnaround_mean)
       .set("turnaround_max", s.turnaround_max)
       .set("turnarounds", s.turnarounds);
+  if (!s.angle.empty()) json.set("angle", s.angle);
   json.set("board", board).set("seconds", s.seconds).set("problems", s.summary.warnings);
   return json;
 }

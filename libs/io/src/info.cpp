@@ -185,6 +185,8 @@ FileInfo describe(const SignalFile& file) {
                  {}};
     if (table.x.size() > 0)
       info.findings.push_back(fmt::format("the {} values of table '{}' are not uniform", ti.abscissa, table.name));
+    if (!table.abscissa && table.rows() > 1)
+      info.findings.push_back("no column of time: state the sample rate with --rate HZ to read it as a record");
     Recording axis;
     axis.t0 = table.start;
     axis.dt = table.step > 0 ? table.step : 1;

@@ -1,6 +1,7 @@
 // Clean blows of a beam sampled near its band: nothing in them is damage, whatever they look like.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -52,18 +53,30 @@ Eigen::VectorXd converted(const Eigen::VectorXd& v, double dt, Eigen::Index fine
   return signal::inverse_fft(kept).real();
 }
 
-// A free beam of random length under a hammer: acceleration at six points, sampled at `ratio` times the band behind a
+/// Frequencies over the first: of a free beam, or of a plate on its edges whose sides are as 1 to `sides` (several
+/// modes lie close).
+std::vector<double> parts_of(bool plate, double sides) {
+  if (!plate) return {1.0, 2.757, 5.404, 8.933, 13.344, 18.64, 24.8, 31.9};
+  std::vector<double> out;
+  for (int m = 1; m <= 6; ++m)
+    for (int k = 1; k <= 6; ++k) out.push_back((m * m + k * k * sides * sides) / (1 + sides * sides));
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+// A beam or plate of random size under a hammer: acceleration at six points, sampled at `ratio` times the band behind a
 // steep filter (modes beyond 0.9 of half the rate are not seen).
-BeamBlows beam(unsigned seed, double ratio, double pulse) {
+BeamBlows beam(unsigned seed, double ratio, double pulse, bool plate = false) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(0, 1);
   BeamBlows out;
-  const double band = 1000, dt = 1 / (ratio * band), first = 18 + 10 * uniform(random);
+  const double band = 1000, dt = 1 / (ratio * band), first = (plate ? 60 : 18) + 10 * uniform(random);
+  const std::vector<double> parts = parts_of(plate, plate ? 1.2 + 0.7 * uniform(random) : 1);
   const auto n = static_cast<Eigen::Index>(4 / dt), start = static_cast<Eigen::Index>(0.02 / dt);
   std::vector<std::complex<double>> poles;
   std::vector<std::vector<double>> shapes(6);
-  for (const double part : {1.0, 2.757, 5.404, 8.933, 13.344, 18.64, 24.8, 31.9}) {
+  for (const double part : parts) {
     const double f = first * part, zeta = 0.004 + 0.008 * uniform(random), w = kCycle * f;
     if (f > 0.45 / dt) break;
     poles.emplace_back(-zeta * w, w * std::sqrt(1 - zeta * zeta));
@@ -124,7 +137,9 @@ FrequencyResponse plain_h1(const BeamBlows& blows) {
 
 // Root mean square of the relative errors of damping; modes that are not found count as wrong by their whole size.
 double damping_error(const FrequencyResponse& frf, const BeamBlows& truth) {
-  const ModalModel model = fit_modes(frf);
+  ModeOptions same;  // lines of both
+  same.poles.band_high = 1000;
+  const ModalModel model = fit_modes(frf, same);
   double sum = 0;
   for (std::size_t m = 0; m < truth.frequency.size(); ++m) {
     double best = 1;
@@ -139,9 +154,10 @@ double damping_error(const FrequencyResponse& frf, const BeamBlows& truth) {
 TEST(CleanBlowsProperty, NothingIsCalledASpikeAndDampingIsThatOfPlainH1) {
   int spikes = 0, all = 0;
   double ours = 0, plain = 0;
-  for (unsigned seed = 1; seed <= 12; ++seed) {
-    const double ratio = seed % 3 == 0 ? 2.56 : seed % 3 == 1 ? 4 : 8, pulse = 1e-3 * (0.3 + 2.7 * (seed % 4) / 3.0);
-    const BeamBlows blows = beam(seed, ratio, pulse);
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    constexpr double kRatios[] = {2.56, 4, 8, 10};
+    const double ratio = kRatios[(seed + seed / 4) % 4], pulse = 1e-3 * (0.3 + 2.7 * (seed % 4) / 3.0);
+    const BeamBlows blows = beam(seed, ratio, pulse, seed > 10);
     const FrequencyResponse frf = estimate_frf(blows.records);
     for (const std::string& text : frf.summary.warnings) {
       if (text.find("spike") == std::string::npos) continue;
@@ -152,7 +168,11 @@ TEST(CleanBlowsProperty, NothingIsCalledASpikeAndDampingIsThatOfPlainH1) {
     const double mine = damping_error(frf, blows), h1 = damping_error(plain_h1(blows), blows);
     std::printf("seed %u ratio %g pulse %.2g ms: damping %.3g, plain H1 %.3g, averages %ld\n", seed, ratio, 1e3 * pulse,
                 mine, h1, frf.averages);
-    ours += mine * mine, plain += h1 * h1;
+    // Beyond the pulse's own band the lines of plain H1 are noise over noise, and its fit may lose modes: then there is
+    // no error to compare with, and all modes must be found.
+    const bool compared = h1 < 0.1;
+    EXPECT_LT(mine, 0.02) << seed;
+    if (compared) ours += mine * mine, plain += h1 * h1;
   }
   EXPECT_EQ(spikes, 0) << "of " << all;
   EXPECT_LT(std::sqrt(ours), 1.2 * std::sqrt(plain) + 1e-3);

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "synthetic.hpp"
 #include "whirl/core/error.hpp"
@@ -133,6 +135,67 @@ TEST(Shaker, ReferencesJoinOnTheLinesThatBothHave) {
   EXPECT_EQ(joined.channels.size(), 6u);
   EXPECT_TRUE(joined.leakage_free);
   EXPECT_EQ(joined.channels[0].value, joined.channels[3].value);
+}
+
+// Two masses above a base that a random motion shakes: no force is measured.
+TEST(Shaker, MotionOfABaseIsAnInputToo) {
+  constexpr double kHertz = 2 * std::numbers::pi, kStep = 1.0 / 2048;
+  constexpr int kFine = 4, kSamples = 2048 * 60;
+  const double w1 = kHertz * 24, w2 = kHertz * 61, z1 = 0.02, z2 = 0.015, part = 1.3;
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd base(kSamples), lower(kSamples), upper(kSamples);
+  double slow = 0, input = 0;
+  std::array<double, 4> s{};  // q1, q1', q2, q2' of the modes with the base held
+  for (int i = 0; i < kSamples; ++i) {
+    slow += 0.4 * (normal(random) - slow);
+    const double next = input + 0.5 * (slow - input);
+    const auto rates = [&](const std::array<double, 4>& q, double a) {
+      return std::array<double, 4>{q[1], -w1 * w1 * q[0] - 2 * z1 * w1 * q[1] - part * a, q[3],
+                                   -w2 * w2 * q[2] - 2 * z2 * w2 * q[3] + 0.3 * a};
+    };
+    const auto at = rates(s, input);
+    base[i] = input;
+    lower[i] = input + 0.6 * at[1] + at[3];
+    upper[i] = input + at[1] - 0.5 * at[3];
+    for (int k = 0; k < kFine; ++k) {
+      const double h = kStep / kFine, a = input + (next - input) * k / kFine,
+                   b = input + (next - input) * (k + 1) / kFine;
+      const auto go = [&](const std::array<double, 4>& d, double by) {
+        std::array<double, 4> out = s;
+        for (std::size_t j = 0; j < 4; ++j) out[j] += by * d[j];
+        return out;
+      };
+      const auto k1 = rates(s, a), k2 = rates(go(k1, h / 2), (a + b) / 2), k3 = rates(go(k2, h / 2), (a + b) / 2),
+                 k4 = rates(go(k3, h), b);
+      for (std::size_t j = 0; j < 4; ++j) s[j] += h / 6 * (k1[j] + 2 * k2[j] + 2 * k3[j] + k4[j]);
+    }
+    input = next;
+  }
+  whirl::Recording record;
+  record.dt = kStep;
+  record.source = "table";
+  const auto noisy = [&](Eigen::VectorXd v) {
+    const double size = 1e-3 * std::sqrt(v.squaredNorm() / kSamples);
+    for (double& x : v) x += size * normal(random);
+    return v;
+  };
+  record.add("floor", whirl::Quantity::acceleration, base);
+  record.add("lower", whirl::Quantity::acceleration, noisy(lower));
+  record.add("upper", whirl::Quantity::acceleration, noisy(upper));
+  EXPECT_NE(message_of({record}).find("--base"), std::string::npos);
+  EXPECT_NE(message_of({record}, {.base = "nowhere"}).find("nowhere"), std::string::npos);
+  const whirl::FrequencyResponse frf = whirl::modal::estimate_shaker_frf({record}, {.base = "floor"});
+  ASSERT_EQ(frf.channels.size(), 2U);
+  EXPECT_NE(frf.summary.trust.find("transmissibility"), std::string::npos);
+  whirl::modal::ModeOptions options;
+  options.poles.band_high = 120;
+  const whirl::ModalModel modes = whirl::modal::fit_modes(frf, options);
+  ASSERT_EQ(modes.modes.size(), 2U);
+  EXPECT_NEAR(modes.modes[0].frequency.value, 24, 0.02);
+  EXPECT_NEAR(modes.modes[0].damping.value, z1, 5e-4);
+  EXPECT_NEAR(modes.modes[1].frequency.value, 61, 0.05);
+  EXPECT_NEAR(modes.modes[1].damping.value, z2, 5e-4);
 }
 
 }  // namespace

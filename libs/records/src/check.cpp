@@ -67,6 +67,8 @@ std::string_view to_string(FindingKind kind) {
       return "implausible size";
     case FindingKind::jitter:
       return "jitter";
+    case FindingKind::undersampled:
+      return "too few samples a turn";
   }
   return "";
 }
@@ -105,6 +107,9 @@ std::string Finding::text() const {
       break;
     case FindingKind::drift:
       out += fmt::format(" by {:.3g} over the record", size);
+      break;
+    case FindingKind::undersampled:
+      out += fmt::format(", {:.2g} at the highest speed", size);
       break;
     case FindingKind::size:
       out += fmt::format(" {:.3g}", size);

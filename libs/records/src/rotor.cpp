@@ -66,9 +66,39 @@ Turning turning(const ChannelCheck& x, const ChannelCheck& y, const Eigen::Vecto
 
 }  // namespace
 
+namespace {
+
+/// Samples a turn at the highest speed; single jumps do not count.
+double samples_a_turn(const Eigen::VectorXd& angle) {
+  // Readings over more than two turns are continuous: their steps are known beyond half a turn.
+  const bool continuous = angle.maxCoeff() - angle.minCoeff() > 2 * kTwoPi;
+  const Eigen::VectorXd a = continuous ? angle : signal::unwrapped(angle);
+  std::vector<double> steps;
+  for (Eigen::Index i = 1; i < a.size(); ++i) steps.push_back(std::abs(a[i] - a[i - 1]));
+  const auto high = steps.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(steps.size()));
+  std::nth_element(steps.begin(), high, steps.end());
+  return *high > 0 ? kTwoPi / *high : INFINITY;
+}
+
+}  // namespace
+
 void find_splice(const Eigen::VectorXd& angle, std::string_view name, double t0, double dt, RecordReport& report) {
+  // As analysers take for the highest frequency shown: 1X lies above it.
+  constexpr double kLeastSamples = 2.56;
   const Eigen::Index n = angle.size();
   if (n < 64 || !angle.allFinite()) return;
+  if (const double samples = samples_a_turn(angle); samples < kLeastSamples) {
+    // Below two the angle itself is read wrong where it wraps, and 1X is folded.
+    Finding f{.kind = FindingKind::undersampled,
+              .severity = samples < 2 ? Severity::refuse : Severity::note,
+              .size = samples};
+    f.channel = name;
+    f.begin = t0;
+    f.end = t0 + dt * static_cast<double>(n);
+    f.advice = "the vibration once per turn needs 2.56 at least, ten are better; record faster or take the slower part";
+    report.findings.push_back(std::move(f));
+    return;
+  }
   // Second differences of the unwrapped angle: noise, counts, and the jump of a splice (one step up and one back).
   const Eigen::VectorXd a = signal::unwrapped(angle);
   std::vector<double> second;

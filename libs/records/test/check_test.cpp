@@ -287,6 +287,36 @@ TEST(RecordCheck, PulsesOnceATurnAreNoSpikes) {
   EXPECT_FALSE(check(r).findings.empty());
 }
 
+// An angle that goes on over the turns is read right at any rate; the motion once a turn is not.
+TEST(RecordCheck, TwoSamplesATurnAreToldAsSuchAndNotAsASplice) {
+  for (const double samples : {1.7, 2.3, 4.0}) {
+    for (const bool wrapped : {false, true}) {
+      Recording r;
+      r.dt = 0.02;
+      Eigen::VectorXd x(600), y(600), beta(600);
+      for (Eigen::Index i = 0; i < beta.size(); ++i) {
+        const double turns = 0.5 * static_cast<double>(i * i) / (600 * samples) + 0.1;  // a run-up
+        beta[i] = kTurn * (wrapped ? turns - std::floor(turns) : turns);
+        x[i] = 1e-4 * std::cos(kTurn * turns), y[i] = 1e-4 * std::sin(kTurn * turns);
+      }
+      r.add("x", Quantity::displacement, x);
+      r.add("y", Quantity::displacement, y);
+      r.add("beta", Quantity::angle, beta);
+      const RecordReport report = check(r);
+      const Finding* f = report.find(FindingKind::undersampled, "beta");
+      if (samples > 2.56) {
+        EXPECT_EQ(f, nullptr) << all(report);
+        continue;
+      }
+      if (wrapped && samples < 2) continue;  // nothing tells such an angle from a slower one
+      ASSERT_NE(f, nullptr) << samples << all(report);
+      EXPECT_NEAR(f->size, samples, 0.1 * samples);
+      EXPECT_EQ(f->severity == Severity::refuse, samples < 2);
+      EXPECT_EQ(report.find(FindingKind::splice, "beta"), nullptr);
+    }
+  }
+}
+
 TEST(RecordCheckProperty, SoundRecordsRaiseNoAlarm) {
   std::map<std::string, int> alarms;
   int total = 0, records = 400;

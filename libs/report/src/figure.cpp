@@ -151,21 +151,15 @@ std::string to_csv(const Figure& figure) {
       add_column(of, panel.z, "", s.z);
     }
     for (const HeatMap& map : panel.heat_maps) {
+      // One row per place along x, one column per place along y: as the samples of a record, which is read again.
       const Eigen::Index rows = map.values.rows(), cols = map.values.cols();
-      const VectorXd xs = VectorXd::LinSpaced(cols, map.x_low, map.x_high);
-      const VectorXd ys = VectorXd::LinSpaced(rows, map.y_low, map.y_high);
-      VectorXd x(rows * cols), y(rows * cols), value(rows * cols);
-      for (Eigen::Index j = 0, k = 0; j < cols; ++j) {
-        for (Eigen::Index i = 0; i < rows; ++i, ++k) {
-          x(k) = xs(j);
-          y(k) = ys(i);
-          value(k) = map.values(i, j);
-        }
-      }
       const std::string of = panel.title.empty() ? "" : panel.title + ": ";
-      add_column(of, panel.x, "", x);
-      add_column(of, panel.y, "", y);
-      add_column(of, map.color, "", value);
+      add_column(of, panel.x, "", VectorXd::LinSpaced(cols, map.x_low, map.x_high), true);
+      const VectorXd ys = VectorXd::LinSpaced(rows, map.y_low, map.y_high);
+      for (Eigen::Index i = 0; i < rows; ++i) {
+        add_column(of, map.color, fmt::format(" at {:.6g} {}", ys(i) / panel.y.unit.factor, panel.y.unit.symbol),
+                   map.values.row(i).transpose());
+      }
     }
   }
   share_abscissas(columns);

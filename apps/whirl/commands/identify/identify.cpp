@@ -31,15 +31,10 @@ void refuse_rates(const Recording& record, std::string_view method) {
   }
 }
 
-/// A file without x and y, whose velocities or accelerations may be them by their names. A table that cannot be read as
-/// a record, or whose names do not tell, has none: the latter is said.
+/// A file without x and y, whose velocities or accelerations may be them by their names. Names that do not tell are
+/// said, and so is what keeps the table from being a record at all.
 std::optional<Recording> read_rates(const RecordOptions& reader, const std::string& file) {
-  Recording all;
-  try {
-    all = reader.read(file);
-  } catch (const Error&) {
-    return std::nullopt;
-  }
+  const Recording all = reader.read(file);
   Recording named = identification::with_motion_names(all);
   if (named.has("x") || named.has("y")) return named;
   const auto rate = std::ranges::find_if(all.channels, is_rate);

@@ -104,6 +104,7 @@ void add_io(CommandLine& app, Session& session) {
           return measure_sensitivity(session, settings, o->sensitivity, o->seconds, o->excite);
         }
         const hardware::LoopSurvey s = hardware::survey(settings, o->seconds, o->excite);
+        for (const std::string& text : s.angle) session.say(text);
         session.say(report::to_text(channel_table(settings, s)));
         session.say(fmt::format(
             "board: {} ticks a second by this machine's clock, nominal {:g}; {} ticks left out; speed {:.1f} rad/s, "

@@ -53,6 +53,7 @@ void add_record(CommandLine& app, Session& session) {
         options.stop = stop_requested;
         options.note = [](const std::string& line) { fmt::print(stderr, "whirl: {}\n", line); };
         const hardware::RecordRun run = hardware::record_disarmed(io, options);
+        for (const std::string& text : run.angle) session.say(text);
         session.say(fmt::format("{}: {} cycles, {} ticks left out, {} records dropped; {}", o->out, run.cycles,
                                 run.loop.timing.missed, run.loop.dropped_records, run.loop.reason));
         session.result(hardware::to_json(run));

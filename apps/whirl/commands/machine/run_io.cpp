@@ -101,6 +101,9 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
   };
   const hardware::RealtimeRun run = hardware::run_realtime(design, io, options);
   const hardware::LoopOutcome& out = run.loop;
+  for (const std::string& text : run.angle) session.say(text);
+  if (run.tacho_missing >= 0)
+    session.say(fmt::format("tacho: {} pulses lost, {} added ones left out", run.tacho_missing, run.tacho_extra));
   if (view) {
     view->ended(out.reason);
     view->until_stopped();

@@ -79,7 +79,7 @@ void add_frf(CommandLine& app, Session& session) {
       "one or\n"
       "more responses (acc_x_m_s2, acc_x_g, x_um, ...): impacts, one or several in each, or a force that acts all the "
       "time\n"
-      "(random, burst random, sweep, periodic random; several forces at once).\n"
+      "(random, burst random, sweep, periodic random; several forces at once). Without a force: --base.\n"
       "Output: responses with coherence and variance per line. Impacts: H1, H2 or Hv; double hits and overloads are\n"
       "reported. Shakers: local polynomials, without window or leakage.\n\n"
       "Example: whirl frf blow_1.csv blow_2.csv blow_3.csv --out frf.json",
@@ -87,8 +87,11 @@ void add_frf(CommandLine& app, Session& session) {
         require_json_name(o->out);
         std::vector<Recording> records;
         for (const std::string& file : o->files) records.push_back(o->record.read(file));
-        const bool shaker =
-            o->excitation == "auto" ? modal::excited_by_shakers(records, o->forces) : o->excitation == "shaker";
+        const bool based = !o->shaker.base.empty();
+        if (based && (!o->forces.empty() || o->excitation == "hammer"))
+          throw Error("--base: a motion is the input; neither --force-channel nor --excitation hammer goes with it");
+        const bool shaker = based || (o->excitation == "auto" ? modal::excited_by_shakers(records, o->forces)
+                                                              : o->excitation == "shaker");
         FrequencyResponse frf = shaker ? from_shaker(*o, records) : from_blows(*o, records, session);
         frf.provenance = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
         session.write_together();
@@ -117,6 +120,8 @@ void add_frf(CommandLine& app, Session& session) {
       ->show_default();
   sub->add_option("--force-channel", o->forces,
                   "name of the force channel when there are several; shaker: names, default all forces");
+  sub->add_option("--base", o->shaker.base,
+                  "transmissibility: the motion of this channel is the input, no force; modes are those with it held");
   sub->add_option("--reference", o->frf.reference,
                   "name of the point and direction hit, e.g. acc_y or 3:+Z; default: the force channel's");
   sub->add_option("--trigger-percent", o->trigger_percent, "an impact starts at this share of the largest force")

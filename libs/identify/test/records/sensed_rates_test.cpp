@@ -98,6 +98,24 @@ TEST_P(SensedRates, OneDirectionWillDo) {
   EXPECT_NEAR(m.parameter("k1")->value / truth.k1, 1, 5e-3);
 }
 
+// The start of the unseen direction's high-pass is no parameter: with it the equations were singular.
+TEST(OneAxis, ADisplacementWithACCouplingInOneDirectionWillDo) {
+  for (const unsigned seed : {7042u, 7043u}) {
+    SensedRotor truth = drawn(Quantity::displacement, seed);
+    truth.corner = 1.2;
+    truth.noise_db = 35;
+    for (const char* unseen : {"x", "y"}) {
+      Recording record = sensed_record(truth, 1);
+      std::erase_if(record.channels, [&](const Channel& c) { return c.name == unseen; });
+      const IdentifiedModel m = found_from(record).model;
+      ASSERT_NE(m.summary.status, Status::unusable) << seed << unseen << m.summary.warnings.back();
+      ASSERT_NE(m.parameter("sensor_high_pass"), nullptr) << seed << unseen;
+      EXPECT_NEAR(m.parameter("sensor_high_pass")->value / (2 * std::numbers::pi), 1.2, 0.12) << seed << unseen;
+      EXPECT_NEAR(m.parameter("k1")->value / truth.k1, 1, 5e-3) << seed << unseen;
+    }
+  }
+}
+
 // Errors of a free run have the unit of the reading, and the model predicts what sensors of another quantity read.
 TEST_P(SensedRates, AModelIsValidatedInTheUnitOfEachRecord) {
   SensedRotor truth = drawn(GetParam(), 7051);

@@ -28,7 +28,10 @@ const Channel& force_channel(const Recording& recording, const FrfOptions& optio
     }
     found = &channel;
   }
-  if (found == nullptr) throw Error(fmt::format("{}: no channel of quantity force", recording.source));
+  if (found == nullptr)
+    throw Error(
+        fmt::format("{}: no channel of quantity force; where a motion is the input (transmissibility): --base CHANNEL",
+                    recording.source));
   return *found;
 }
 

@@ -63,6 +63,36 @@ void drop_idle(const Band& band, const ResidualTerms& terms, Refined& state) {
   }
 }
 
+/// Poles that every order missed: of a grid of frequencies and dampings those that gain most with the other poles held
+/// are refined with all of them, and stay where the description becomes shorter.
+void add_missed(const Band& band, const ResidualTerms& terms, int iterations, std::size_t most, Refined& state) {
+  constexpr int kFrequencies = 24, kTried = 3;
+  constexpr double kDampings[] = {0.03, 0.1, 0.3};
+  while (state.poles.size() < most && !WorkLimit::over()) {
+    std::vector<std::pair<double, Complex>> trials;
+    for (int i = 0; i <= kFrequencies; ++i) {
+      for (const double zeta : kDampings) {
+        const double f = band.low + (band.high - band.low) * i / kFrequencies;
+        Poles more = state.poles;
+        more.push_back(2 * kPi * std::max(f, 0.5 * band.high / kFrequencies) *
+                       Complex(-zeta, std::sqrt(1 - zeta * zeta)));
+        trials.emplace_back(fit_poles(band, more, terms, false).total(), more.back());
+      }
+    }
+    std::sort(trials.begin(), trials.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+    bool added = false;
+    for (int i = 0; i < kTried && !added && !WorkLimit::over(); ++i) {
+      Poles more = state.poles;
+      more.push_back(trials[static_cast<std::size_t>(i)].second);
+      Refined next = refine(band, more, more.size(), terms, iterations);
+      added = description_length(band, next, terms) < description_length(band, state, terms) - 1;
+      if (added) state = std::move(next);
+    }
+    if (!added) return;
+    drop_idle(band, terms, state);
+  }
+}
+
 /// A pole of heavy damping inside may only stand for modes outside the band, which bend the lines as gently: one there
 /// is taken instead where it describes them as well.
 void move_outside(const Band& band, const ResidualTerms& terms, double usual_damping, Refined& state) {
@@ -157,6 +187,7 @@ std::optional<DampedFit> fit_damped(const FrequencyResponse& frf, const Band& fu
     }
   }
   if (!best) return {};
+  add_missed(band, terms, options.max_iterations, static_cast<std::size_t>(options.max_modes), *best);
   move_outside(band, terms, options.poles.max_damping, *best);
   DampedFit fit = with_fewer_terms(band, std::move(*best), terms, options.max_iterations);
   drop_idle(band, fit.terms, fit.state);

@@ -207,21 +207,29 @@ FrequencyResponse without_dead_channels(const FrequencyResponse& frf, std::vecto
 namespace {
 
 // Where modes of heavy damping show, they are fitted by model order. What that leaves unexplained may be scatter, an
-// amplitude or a loss factor: then the usual fit is tried too, and the shorter description stays.
+// amplitude or a loss factor: then the usual fit is tried too, and the shorter description stays. Modes that overlap by
+// several widths show in no diagram: what the usual fit leaves of them is fitted by model order as well.
 Solution solve_any_damping(const FrequencyResponse& frf, const Band& band, const Band& equal, const Poles& start,
                            const ResidualTerms& terms, const ModeOptions& options) {
-  const auto usual = [&] { return solve(band, equal, start, terms, options); };
-  if (options.damping == DampingChoice::hysteretic || !shows_heavy_damping(frf, options)) return usual();
+  if (options.damping == DampingChoice::hysteretic) return solve(band, equal, start, terms, options);
+  std::optional<Solution> usual;
+  if (!shows_heavy_damping(frf, options)) {
+    usual = solve(band, equal, start, terms, options);
+    if (usual->correlated <= kStructured) return *usual;
+  }
   std::optional<DampedFit> damped = fit_damped(frf, band, options);
   const auto heavy = [&](Complex p) {
     return inside(band, p) && -p.real() > 0.5 * options.poles.max_damping * std::abs(p);
   };
-  if (!damped || std::none_of(damped->state.poles.begin(), damped->state.poles.end(), heavy)) return usual();
-  Solution solution = solution_of(band, damped->state, damped->terms, true);
-  solution.length = description_length(band, damped->state, damped->terms, 1) + weight_length(band);
-  if (damped->state.correlated <= kStructured) return solution;
-  Solution other = usual();
-  return other.length < solution.length ? other : solution;
+  const bool fits = damped && std::any_of(damped->state.poles.begin(), damped->state.poles.end(), heavy);
+  Solution solution;
+  if (fits) {
+    solution = solution_of(band, damped->state, damped->terms, true);
+    solution.length = description_length(band, damped->state, damped->terms, 1) + weight_length(band);
+    if (!usual && damped->state.correlated <= kStructured) return solution;
+  }
+  if (!usual) usual = solve(band, equal, start, terms, options);
+  return fits && solution.length <= usual->length ? solution : *usual;
 }
 
 ModalModel fit_lines(const FrequencyResponse& measured, const ModeOptions& asked) {

@@ -25,12 +25,20 @@ constexpr Index kPooled = 3;        // steps on either side whose noise is taken
 constexpr double kWithPower = 0.7;  // share of the lines of the band
 
 std::vector<std::string> force_names(const Recording& recording, const ShakerOptions& options) {
+  if (!options.base.empty()) {
+    (void)kind_of(recording.at(options.base));
+    return {options.base};
+  }
   std::vector<std::string> names = options.forces;
   if (names.empty()) {
     for (const Channel& channel : recording.channels)
       if (channel.quantity == Quantity::force) names.push_back(channel.name);
   }
-  if (names.empty()) throw Error(fmt::format("{}: no channel of quantity force", recording.source));
+  if (names.empty())
+    throw Error(
+        fmt::format("{}: no channel of quantity force; where a motion is the input (transmissibility): --base "
+                    "CHANNEL",
+                    recording.source));
   for (const std::string& name : names) force_named(recording, name);
   return names;
 }
@@ -306,6 +314,14 @@ FrequencyResponse estimate_shaker_frf(const std::vector<Recording>& recordings, 
   leave_out_dead(records, result.summary);
   name_channels(records.front(), forces,
                 options.reference.empty() ? forces : std::vector<std::string>{options.reference}, result);
+  if (!options.base.empty()) {
+    const Channel& base = records.front().at(options.base);
+    if (result.kind != kind_of(base))
+      throw Error(fmt::format("{}: base '{}' is a {}: the responses must be of its quantity", records.front().source,
+                              base.name, to_string(base.quantity)));
+    // 1 + s^2 / (s^2 + ...) whatever the quantity: an accelerance, whose lower residual is the 1.
+    result.kind = FrfKind::accelerance;
+  }
   std::vector<std::string> responses;
   for (std::size_t c = 0; c < result.channels.size() / forces.size(); ++c)
     responses.push_back(result.channels[c].response);
@@ -321,6 +337,12 @@ FrequencyResponse estimate_shaker_frf(const std::vector<Recording>& recordings, 
       fmt::format("{} force{} that act{} all the time, {}, {:.4g} to {:.4g} Hz in steps of {:.4g} Hz", forces.size(),
                   forces.size() == 1 ? "" : "s", forces.size() == 1 ? "s" : "", steps.made, result.frequency[0],
                   result.frequency[lines - 1], steps.width);
+  if (!options.base.empty())
+    result.summary.trust = fmt::format(
+        "transmissibility, motion over that of '{}', {}, {:.4g} to {:.4g} Hz in steps of {:.4g} Hz; its modes are "
+        "those "
+        "with that point held, their modal masses mean nothing",
+        options.base, steps.made, result.frequency[0], result.frequency[lines - 1], steps.width);
   result.provenance.version = version();
   for (const Recording& record : recordings) result.provenance.inputs.push_back(record.source);
   result.provenance.options =

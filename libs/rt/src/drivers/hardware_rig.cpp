@@ -63,6 +63,7 @@ std::string_view to_string(InputState state) {
 HardwareRig::HardwareRig(const HardwareOptions& options, std::unique_ptr<Board> board)
     : options_(options), board_(std::move(board)) {
   require_range("sample_time", options.sample_time, 1e-5, 1, "s");
+  require_range("tacho.analog", options.tacho, -1, 3);
   for (const ForceOutput& f : options.force) {
     if (f.direction != 1 && f.direction != -1)
       throw Error::in_field("direction", fmt::format("{}", f.direction), "1 or -1");
@@ -106,11 +107,28 @@ void HardwareRig::drain() noexcept {
   // After the lasers: a board reading never seems older than the frames that came with it.
   const BoardReading before = reading_;
   if (board_->read(reading_)) {
+    read_tacho(before);
     restarted_ = restarted_ || (armed_ && board_seen_ && reading_.session != before.session);
     implausible_ = implausible_ || (armed_ && board_seen_ && !plausible(before));
     board_tick_ += board_seen_ ? static_cast<std::int32_t>(reading_.tick - before.tick) : 0;
     board_seen_ = board_fresh_ = true;
   }
+}
+
+void HardwareRig::follow_tacho(const TachoTracker& tracker) noexcept {
+  tacho_ = tracker;
+  angles_known_ = angle_repeated_ = 0;
+}
+
+void HardwareRig::read_tacho(const BoardReading& before) noexcept {
+  if (!tacho_) return;
+  // A clock that was set, or a board that started anew: one tick.
+  const auto ticks = static_cast<std::int32_t>(reading_.tick - before.tick);
+  const bool sane = board_seen_ && ticks > 0 && ticks * options_.sample_time <= options_.board_timeout;
+  tacho_->update(reading_.analog[static_cast<std::size_t>(options_.tacho)], sane ? ticks : 1);
+  reading_.beta = tacho_->beta();
+  reading_.omega = tacho_->omega();
+  reading_.omega_dot = tacho_->omega_dot();
 }
 
 bool HardwareRig::plausible(const BoardReading& before) const noexcept {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
@@ -114,6 +115,19 @@ AngleFit from_speed(const Recording& record, const Channel& channel, std::vector
 
 }  // namespace
 
+namespace {
+
+/// Whether edges lie at the same place between two samples: a filter behind the converter smeared them, and what lies
+/// between tells no more than the sample. Times anywhere come so close together once in 10^17 for 50 of them.
+bool all_between_alike(const std::vector<double>& times, double dt) {
+  constexpr double kAlike = 0.9;
+  std::complex<double> sum = 0;
+  for (const double t : times) sum += std::polar(1.0, kTwoPi * std::remainder(t / dt, 1.0));
+  return std::abs(sum) > kAlike * static_cast<double>(times.size());
+}
+
+}  // namespace
+
 PulseTrain pulse_train(const Eigen::Ref<const Eigen::VectorXd>& signal, double dt, Edge edge, double low,
                        double middle) {
   PulseTrain out;
@@ -126,6 +140,8 @@ PulseTrain pulse_train(const Eigen::Ref<const Eigen::VectorXd>& signal, double d
     edge = above > kRests * static_cast<double>(signal.size()) ? Edge::falling : Edge::rising;
   }
   out.edge = edge;
+  out.bottom = levels.bottom;
+  out.top = levels.bottom + levels.range;
   long sampled = 0;
   const auto add = [&](const Eigen::VectorXd& s, double bottom) {
     const Crossings c = rising(s, dt, bottom + low * levels.range, bottom + middle * levels.range, levels.range);
@@ -135,7 +151,8 @@ PulseTrain pulse_train(const Eigen::Ref<const Eigen::VectorXd>& signal, double d
   if (edge != Edge::falling) add(signal, levels.bottom);
   if (edge != Edge::rising) add(-signal, -levels.bottom - levels.range);
   std::sort(out.times.begin(), out.times.end());
-  out.quantum = 2 * sampled > static_cast<long>(out.times.size()) ? 0.1 * dt : dt;
+  const bool finer = 2 * sampled > static_cast<long>(out.times.size()) && !all_between_alike(out.times, dt);
+  out.quantum = finer ? 0.1 * dt : dt;
   return out;
 }
 

@@ -17,6 +17,14 @@ namespace whirl::hardware {
 /// multiple.
 inline constexpr unsigned kLockstepCycle = 128;
 
+/// A tacho on an analogue input of the board, in place of the board's own angle.
+struct TachoSettings {
+  int analog = -1;                 ///< input, 0 to 3; -1: none
+  int pulses = 0, missing = -1;    ///< as signal::TachoOptions; 0 and -1: as its pulses show
+  std::string edge = "automatic";  ///< or rising, falling, both
+  double learn = 4;                ///< s before the run in which its marks are learned
+};
+
 /// What `whirl run --io`, `whirl record` and `whirl io` read from io.toml; the keys stand in docs/formats.md.
 struct IoSettings {
   std::string source;            ///< file that they were read from
@@ -34,6 +42,7 @@ struct IoSettings {
   rt::VendorBoardOptions vendor;  ///< of a board with the driver "comedi" or "quanser"
   rt::IioBoardOptions iio;        ///< with the driver "iio"; address, library and encoder are those of the board
   rt::HardwareOptions hardware;
+  TachoSettings tacho;
 
   rt::PaceOptions pace() const;
   rt::LoopOptions loop() const;     ///< disarmed

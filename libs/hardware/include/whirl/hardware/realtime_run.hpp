@@ -40,9 +40,11 @@ struct RealtimeRun {
   long samples = 0, lost = 0;            ///< ticks, and those without a valid displacement
   long saturated = 0;                    ///< ticks with a limited force
   std::array<LaserReport, 2> lasers{};
-  long not_recorded = 0;     ///< cycles that the recording lacks
-  std::string record_error;  ///< why; empty: it is complete
-  Summary summary;           ///< unusable when the loop did not arm or tripped by itself
+  std::vector<std::string> angle;             ///< with a tacho: how the angle was found and what was assumed
+  long tacho_missing = -1, tacho_extra = -1;  ///< pulses lost and added since it is followed; -1: no tacho
+  long not_recorded = 0;                      ///< cycles that the recording lacks
+  std::string record_error;                   ///< why; empty: it is complete
+  Summary summary;                            ///< unusable when the loop did not arm or tripped by itself
 };
 
 /// Closes the loop on the sensors and actuators of `io`. The displacement that trips is the smaller one of `io` and of
@@ -55,10 +57,11 @@ io::Json to_json(const RealtimeRun& run);
 /// Sensors and rotor angle without control.
 struct RecordRun {
   LoopOutcome loop;
-  long cycles = 0;           ///< written
-  long not_recorded = 0;     ///< cycles that the recording lacks
-  std::string record_error;  ///< why; empty: it is complete
-  Summary summary;           ///< unusable when there is none
+  std::vector<std::string> angle;  ///< with a tacho: how the angle was found and what was assumed
+  long cycles = 0;                 ///< written
+  long not_recorded = 0;           ///< cycles that the recording lacks
+  std::string record_error;        ///< why; empty: it is complete
+  Summary summary;                 ///< unusable when there is none
 };
 RecordRun record_disarmed(const IoSettings& io, const RealtimeRunOptions& options);
 /// whirl.record/1

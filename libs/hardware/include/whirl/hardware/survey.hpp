@@ -30,9 +30,10 @@ struct ChannelSurvey {
 
 struct LoopSurvey {
   std::array<ChannelSurvey, 2> channel;
-  double seconds = 0;     ///< of the disarmed part
-  double board_rate = 0;  ///< ticks per second of this machine's clock, Hz; 0: the board has no clock
-  long missed = 0;        ///< ticks that the loop left out
+  double seconds = 0;              ///< of the disarmed part
+  double board_rate = 0;           ///< ticks per second of this machine's clock, Hz; 0: the board has no clock
+  long missed = 0;                 ///< ticks that the loop left out
+  std::vector<std::string> angle;  ///< with a tacho: how the angle was found and what was assumed
   double beta_first = 0, beta_last = 0, omega = 0;  ///< angle, and speed as the board reports it; rad, rad/s
   std::array<double, 4> analog{};                   ///< mean of the inputs, V
   /// Ticks from a reading to the reading that says the command answering it has come; by the board.

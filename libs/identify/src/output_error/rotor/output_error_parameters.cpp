@@ -189,10 +189,10 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
     }
     for (const TermEntry* entry : term_catalogue()) {
       if (entry->charge.empty() || !(options.estimates(*entry) || options.sensor.*entry->sensor > 0)) continue;
-      const bool rate = entry->after != nullptr, whole = records[static_cast<std::size_t>(r)].derivative() == 0;
+      const bool rate = entry->after != nullptr;
       const std::string charge(entry->charge);
-      if (whole || axes != Axes::y) list.push_back({name(charge + "_re", r), Kind::charge, r, rate, false});
-      if (whole || axes != Axes::x) list.push_back({name(charge + "_im", r), Kind::charge, r, rate, true});
+      if (axes != Axes::y) list.push_back({name(charge + "_re", r), Kind::charge, r, rate, false});
+      if (axes != Axes::x) list.push_back({name(charge + "_im", r), Kind::charge, r, rate, true});
     }
     if (options.offset && axes != Axes::y) list.push_back({name("offset_re", r), Kind::offset, r, 0, false});
     if (options.offset && axes != Axes::x) list.push_back({name("offset_im", r), Kind::offset, r, 0, true});

@@ -11,6 +11,9 @@ namespace whirl::modal {
 struct ShakerOptions {
   std::vector<std::string> forces = {};  ///< names of the force channels; empty = all of quantity force
   std::string reference = {};            ///< point and direction of the only force; empty = name of its channel
+  /// Motion taken as the input instead of a force (transmissibility); the responses must be of its quantity. Its point
+  /// is held in the modes of such a set.
+  std::string base = {};
   /// Hz between lines; 0 = the finest that leaves ten degrees of freedom a line for the noise, 8192 lines at most. A
   /// periodic force sets its own.
   double resolution = 0;

@@ -10,18 +10,19 @@ namespace whirl::records {
 
 /// What can be wrong with a record.
 enum class FindingKind {
-  gap,          ///< samples that are not finite
-  dropout,      ///< a moving signal reads exactly 0 for a stretch
-  frozen,       ///< a moving signal holds one value for a stretch
-  clipping,     ///< the signal is cut off at its largest or smallest value
-  spikes,       ///< single samples far from the curve through their neighbours
-  splice,       ///< the record jumps: parts of two runs, or samples lost
-  hum,          ///< a line of the mains, 50 or 60 Hz or a multiple
-  drift,        ///< the mean moves slowly
-  whirl_sense,  ///< the motion turns against the angle: axes swapped, one reversed, or the rotation reversed
-  angle_unit,   ///< the angle advances in degrees or turns, not radians
-  size,         ///< a displacement or a time that no rotor has: a wrong unit
-  jitter,       ///< sampling instants scatter: the noise grows with the velocity
+  gap,           ///< samples that are not finite
+  dropout,       ///< a moving signal reads exactly 0 for a stretch
+  frozen,        ///< a moving signal holds one value for a stretch
+  clipping,      ///< the signal is cut off at its largest or smallest value
+  spikes,        ///< single samples far from the curve through their neighbours
+  splice,        ///< the record jumps: parts of two runs, or samples lost
+  hum,           ///< a line of the mains, 50 or 60 Hz or a multiple
+  drift,         ///< the mean moves slowly
+  whirl_sense,   ///< the motion turns against the angle: axes swapped, one reversed, or the rotation reversed
+  angle_unit,    ///< the angle advances in degrees or turns, not radians
+  size,          ///< a displacement or a time that no rotor has: a wrong unit
+  jitter,        ///< sampling instants scatter: the noise grows with the velocity
+  undersampled,  ///< so few samples a turn that 1X is hardly seen, or not
 };
 std::string_view to_string(FindingKind kind);
 

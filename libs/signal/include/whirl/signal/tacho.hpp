@@ -11,9 +11,10 @@ namespace whirl::signal {
 
 /// The edges of a tacho signal.
 struct PulseTrain {
-  std::vector<double> times;  ///< s, sample 0 at t = 0, ascending
-  Edge edge = Edge::rising;   ///< which one they are
-  double quantum = 0;         ///< steps of the times, s: a sample where no edge has one on its way, a tenth of it else
+  std::vector<double> times;   ///< s, sample 0 at t = 0, ascending
+  Edge edge = Edge::rising;    ///< which one they are
+  double quantum = 0;          ///< steps of the times, s: a sample where no edge has one on its way, a tenth of it else
+  double bottom = 0, top = 0;  ///< levels of the signal, in its unit
 };
 
 /// Times at which the signal crosses the middle level, interpolated linearly. An edge counts only after the signal was

@@ -9,6 +9,7 @@
 #include "whirl/core/control_types.hpp"
 #include "whirl/rt/drivers/board.hpp"
 #include "whirl/rt/drivers/optoncdt_sensor.hpp"
+#include "whirl/rt/drivers/tacho_tracker.hpp"
 
 namespace whirl::rt {
 
@@ -42,6 +43,7 @@ struct HardwareOptions {
   double stuck = 25e-3;          ///< s; a signal that repeats itself exactly for longer is not valid; 0: not looked at
   double grace = 0.5e-3;         ///< s to wait for the other samples of a tick after the first has come
   double board_timeout = 50e-3;  ///< s without a board reading until the rig demands a trip
+  int tacho = -1;  ///< analogue input of the board with a tacho's pulses, 0 to 3; -1: the board has an angle
 };
 
 /// Why a displacement is not used.
@@ -74,6 +76,10 @@ class HardwareRig {
   void start() noexcept { started_ = true; }
   /// Armed commands act, but do not start the experiment of a virtual rig: its shaft stays at rest.
   void stay_at_rest() noexcept { at_rest_ = true; }
+  /// From now on the angle comes from the pulses on the input `tacho` instead of the board: `tracker` in the state of
+  /// the newest reading. Not while armed.
+  void follow_tacho(const TachoTracker& tracker) noexcept;
+  const TachoTracker* tacho() const noexcept { return tacho_ ? &*tacho_ : nullptr; }
   bool done() const noexcept { return reading_.done; }
   bool board_clock() const noexcept { return board_->descriptor() >= 0; }  ///< the board says when a tick is
 
@@ -113,6 +119,7 @@ class HardwareRig {
     std::int64_t tick() const noexcept { return frame_tick() + offset; }
   };
   void drain() noexcept;
+  void read_tacho(const BoardReading& before) noexcept;
   bool complete(std::int64_t tick, bool all) const noexcept;
   void align() noexcept;
   void follow_clocks() noexcept;
@@ -123,6 +130,7 @@ class HardwareRig {
 
   HardwareOptions options_;
   std::unique_ptr<Board> board_;
+  std::optional<TachoTracker> tacho_;
   std::array<Axis, 2> axes_;
   BoardReading reading_;
   bool board_seen_ = false, board_fresh_ = false;
