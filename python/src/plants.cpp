@@ -74,8 +74,10 @@ py::tuple margins(const ControllerDesign& controller, const IdentifiedModel& mod
   Summary summary;
   tuning::state_parts(identification::Consumer::margins, model, design.hardware, summary);
   for (const tuning::MarginStudy& s : studies) {
-    const std::string why = tuning::margin_failure(s.speeds, controller);
-    if (!why.empty()) summary.fail((s.plant.empty() ? "" : "with " + s.plant + ": ") + why);
+    std::optional<Finding> missed = tuning::margin_failure(s.speeds, controller);
+    if (!missed) continue;
+    if (!s.plant.empty()) missed->where = "with " + s.plant + ", " + missed->where;
+    summary.add(*missed);
   }
   return py::make_tuple(as_python(pages::to_json(studies)), summary);
 }

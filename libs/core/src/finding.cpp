@@ -41,6 +41,8 @@ constexpr std::array kCodes{
     CodeText{FindingCode::angles_reversed, "angles_reversed", ""},
     CodeText{FindingCode::scatter_unknown, "scatter_unknown", ""},
     CodeText{FindingCode::answer_ambiguous, "answer_ambiguous", ""},
+    CodeText{FindingCode::requirement_missed, "requirement_missed", ""},
+    CodeText{FindingCode::sliding_bound_missed, "sliding_bound_missed", ""},
 };
 
 /// " (k1_drift 3.2 1/s^3, e_2 12 um)"; empty without amounts.
@@ -86,6 +88,26 @@ std::string balancing_text(const Finding& f) {
              "run as found, or state the noise";
     case FindingCode::answer_ambiguous:
       return fmt::format("the amplitudes fit other masses as well: {}; one run with these masses decides", f.where);
+    default:
+      return {};
+  }
+}
+
+/// Findings of a controller.
+std::string controller_text(const Finding& f) {
+  const auto of = [&f](std::string_view name) { return f.amount(name); };
+  const std::string unit = f.amounts.empty() || f.amounts.front().unit.empty() ? "" : " " + f.amounts.front().unit;
+  switch (f.code) {
+    case FindingCode::requirement_missed:
+      if (std::isnan(of("value"))) return f.where;
+      return fmt::format("{} {:.3g}{}: must be at {} {:.3g}{}", f.where, of("value"), unit,
+                         std::isnan(of("least")) ? "most" : "least", std::isnan(of("least")) ? of("most") : of("least"),
+                         unit);
+    case FindingCode::sliding_bound_missed:
+      return fmt::format(
+          "eq. 42 of the paper does not hold{}: switching gain {:.3g} m/s^2, disturbance up to {:.3g} m/s^2; the "
+          "argument by V = S^2/2 does not show that the sliding surface is reached",
+          f.where, of("switching gain"), of("disturbance"));
     default:
       return {};
   }
@@ -173,12 +195,17 @@ std::string text(const Finding& f) {
           "the resonance at {:.4g} Hz cannot be checked: without {} the records turn at {:.3g} to {:.3g} Hz{}",
           of("frequency"), f.where, of("low"), of("high"),
           std::isnan(of("share")) ? "" : fmt::format(" and show {:.0f} % of the largest motion", 100 * of("share")));
+    case FindingCode::requirement_missed:
+    case FindingCode::sliding_bound_missed:
+      return controller_text(f);
     default:
       return balancing_text(f);
   }
 }
 
 std::string trust_text(const Finding& finding) {
+  if (finding.consequence == Consequence::unusable && !controller_text(finding).empty())
+    return "Do not use this controller.";
   if (finding.consequence == Consequence::unusable)
     return balancing_text(finding).empty() ? "Do not use this model." : "Do not use these masses.";
   if (finding.code == FindingCode::model_error)

@@ -18,12 +18,12 @@ Finding missed(double rmse) {
 TEST(FindingUnit, EveryCodeHasItsOwnNameAndWords) {
   std::set<std::string_view> names;
   std::set<std::string> texts;
-  for (int k = 0; k <= static_cast<int>(FindingCode::answer_ambiguous); ++k) {
+  for (int k = 0; k <= static_cast<int>(FindingCode::sliding_bound_missed); ++k) {
     const auto code = static_cast<FindingCode>(k);
     names.insert(to_string(code));
     texts.insert(text({code, Consequence::warning, {}, "somewhere"}));
   }
-  EXPECT_EQ(names.size(), static_cast<std::size_t>(FindingCode::answer_ambiguous) + 1);
+  EXPECT_EQ(names.size(), static_cast<std::size_t>(FindingCode::sliding_bound_missed) + 1);
   EXPECT_EQ(texts.size(), names.size());
   EXPECT_FALSE(texts.contains(""));
 }

@@ -15,6 +15,11 @@ std::string finite(double value, const char* format, const char* none) {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : none;
 }
 
+/// " ± 0.03", two standard deviations; empty below the digits shown.
+std::string within(double deviation) {
+  return 2 * deviation < 0.005 ? std::string() : fmt::format(" ± {:.2f}", 2 * deviation);
+}
+
 std::vector<std::string> cells(std::string speed, const tuning::LoopMargins& m) {
   if (!m.stable) return {std::move(speed), "not stable", "", "", "", "", "", "D"};
   return {std::move(speed),
@@ -23,7 +28,8 @@ std::vector<std::string> cells(std::string speed, const tuning::LoopMargins& m) 
           fmt::format("{:.0f}", m.phase * 360 / kTwoPi),
           finite(1e3 * m.delay, "{:.2f}", "none"),
           fmt::format("{:.3f}", m.modulus),
-          fmt::format("{:.2f} at {:.0f} Hz", m.peak_sensitivity, std::round(m.peak_frequency) + 0.0),
+          fmt::format("{:.2f}{} at {:.0f} Hz", m.peak_sensitivity, within(m.peak_deviation),
+                      std::round(m.peak_frequency) + 0.0),
           std::string(1, m.zone())};
 }
 
@@ -40,7 +46,7 @@ io::Json margins_json(const tuning::LoopMargins& m) {
   out.set("gain_frequency", m.gain_frequency).set("phase", m.phase).set("phase_frequency", m.phase_frequency);
   out.set("delay", number(m.delay)).set("delay_frequency", m.delay_frequency).set("modulus", m.modulus);
   out.set("peak_sensitivity", number(m.peak_sensitivity)).set("peak_frequency", m.peak_frequency);
-  out.set("simulated", m.simulated);
+  out.set("peak_deviation", m.peak_deviation).set("phase_deviation", m.phase_deviation).set("simulated", m.simulated);
   out.set("peak_complementary", number(m.peak_complementary)).set("zone", std::string(1, m.zone()));
   return out;
 }
@@ -60,7 +66,8 @@ report::Table margins_table(const MarginStudy& study, const ControllerDesign& de
       "Loop opened at the force, both axes as one complex loop: frequencies above zero whirl with the rotor, below "
       "zero "
       "against it. Gain: factor on the loop gain at which it becomes unstable. Zones of ISO 14839-3 by the peak "
-      "sensitivity: A below 3, B below 4, C below 5. Gain up and delay are tried in the running loop; *: there the "
+      "sensitivity: A below 3, B below 4, C below 5; ±: two standard deviations of its estimate. Gain up and delay are "
+      "tried in the running loop; *: there the "
       "linearised loop did not show them, and they are the factor and the delay at which the motion stopped decaying."};
   return t;
 }

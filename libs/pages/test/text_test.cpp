@@ -120,22 +120,28 @@ TEST(DesignText, EachRequirementIsMetOrNotByItsLimit) {
   design.law = "tsmc";
   design.estimator = "kfe";
   design.sample_time = 1e-3;
-  design.margins = {{"gain_margin", 1.05},    {"delay_margin_s", 4e-3},   {"peak_sensitivity", 4.2},
-                    {"nominal_peak_m", 4e-6}, {"peak_m", 7e-3},           {"open_peak_m", 6.6e-3},
-                    {"kappa", -0.5},          {"disturbance_bound", 1.5}, {"certified", 0}};
+  design.margins = {
+      {"gain_margin", 1.05},      {"delay_margin_s", 4e-3}, {"peak_sensitivity", 4.2}, {"phase_margin_deg", 13.8},
+      {"nominal_peak_m", 4e-6},   {"peak_m", 7e-3},         {"open_peak_m", 6.6e-3},   {"kappa", -0.5},
+      {"disturbance_bound", 1.5}, {"certified", 0}};
   const report::Table table = pages::requirements_table(design);
   const auto row = [&](const std::string& name) {
     for (const auto& r : table.rows)
       if (r[0].starts_with(name)) return r;
-    return std::vector<std::string>(4);
+    return std::vector<std::string>(5);
   };
-  EXPECT_EQ(row("gain margin, upwards"),
-            (std::vector<std::string>{"gain margin, upwards", "1.05 times", "at least 1.1", "NO"}));
-  EXPECT_EQ(row("further delay"), (std::vector<std::string>{"further delay", "4 ms", "at least 0.5 ms", "yes"}));
+  EXPECT_EQ(row("gain of the loop, up to")[1], "1.05 times");
+  EXPECT_EQ(row("gain of the loop, up to")[2], "at least 1.33 times");
+  EXPECT_EQ(row("gain of the loop, up to")[3], "NO");
+  EXPECT_EQ(row("further delay"),
+            (std::vector<std::string>{"further delay", "4 ms", "at least 0.5 ms", "yes", "half a tick of the loop"}));
+  EXPECT_EQ(row("phase margin")[2], "at least 14.4 deg");
+  EXPECT_EQ(row("phase margin")[3], "NO");
   EXPECT_EQ(row("peak sensitivity")[1], "4.2, zone C");
-  EXPECT_EQ(row("peak sensitivity")[3], "yes");
+  EXPECT_EQ(row("peak sensitivity")[3], "NO");
   EXPECT_EQ(row("vibration, nominal run")[3], "yes");
-  EXPECT_EQ(row("vibration, any plant tried")[3], "NO");
+  EXPECT_EQ(row("vibration, 95 % of machines")[3], "NO");
+  for (const auto& r : table.rows) EXPECT_FALSE(r[4].empty()) << r[0];
   EXPECT_EQ(row("switching gain")[1], "1 m/s^2");
   EXPECT_EQ(row("switching gain")[3], "NO");
   EXPECT_EQ(row("certified")[3], "NO");

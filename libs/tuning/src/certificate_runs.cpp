@@ -12,17 +12,29 @@
 namespace whirl::tuning {
 namespace {
 
+enum class Varied { actuators, structure, course };
+
 struct Case {
-  std::string name;  ///< " 1.5 times as strong"; empty: as known
+  std::string name;  ///< of the structure " 1.5 times as strong"; empty: as known
   TuningScenario scenario;
-  bool structure = false;  ///< of the structural modes, not of the actuators
+  Varied varied = Varied::actuators;
 };
 
-std::vector<Case> cases_of(const TuningScenario& nominal, bool modes) {
+/// `critical`: the profile passes the critical speed.
+std::vector<Case> cases_of(const TuningScenario& nominal, bool modes, bool critical) {
   std::vector<Case> out;
+  const auto add_course = [&](Course course) {
+    out.push_back({course_name(course), nominal, Varied::course});
+    out.back().scenario.course = course;
+  };
+  add_course(Course::reversed);
+  if (critical) {
+    add_course(Course::dwell);
+    add_course(Course::swinging);
+  }
   if (modes) {
     const auto add = [&](const char* name, double strength, double frequency) {
-      Case c{name, nominal, true};
+      Case c{name, nominal, Varied::structure};
       c.scenario.modes = strength, c.scenario.mode_frequency = frequency;
       out.push_back(c);
     };
@@ -51,7 +63,7 @@ CertificateRuns certificate_runs(const ControllerDesign& trial, const TuningScen
   constexpr double kFragile = 2, kAlways = 30e-6;  // m
   TuningScenario still = ringing;
   still.ringing = 0;
-  const std::vector<Case> cases = cases_of(still, !hardware.modes.empty());
+  const std::vector<Case> cases = cases_of(still, !hardware.modes.empty(), passes_critical(model, hardware));
   const std::vector<Hardware> signs = hardware.sign_cases();
   std::vector<CertificateRuns> found(cases.size() * signs.size());
   parallel_for(static_cast<int>(found.size()), threads, [&](int i) {
@@ -59,15 +71,16 @@ CertificateRuns certificate_runs(const ControllerDesign& trial, const TuningScen
     const Hardware& h = signs[index / cases.size()];
     const Case& c = cases[index % cases.size()];
     const ClosedLoopMetrics run = scenario_plant(c.scenario, model, h, seed).run(trial);
-    const bool fragile = !c.structure && run.closed.all > kFragile * nominal_peak + kAlways;
+    const bool fragile = c.varied == Varied::actuators && run.closed.all > kFragile * nominal_peak + kAlways;
     TuningScenario rings = c.scenario;
     rings.ringing = ringing.ringing;
     CertificateRuns& out = found[index];
     out.peak = std::max(run.closed.all, scenario_plant(rings, model, h, seed).run(trial).closed.all);
     if (run.verdict.passed() && !fragile) return;
     const std::string chosen = hardware.signs_of(h);
-    out.refused = c.structure ? (chosen.empty() ? "with the structural modes" : "with " + chosen) + c.name
-                              : "with " + c.name + (chosen.empty() ? "" : ", " + chosen);
+    out.refused = c.varied == Varied::structure
+                      ? (chosen.empty() ? "with the structural modes" : "with " + chosen) + c.name
+                      : "with " + c.name + (chosen.empty() ? "" : ", " + chosen);
     out.refused += ": " + (run.verdict.passed() ? fmt::format("the peak rises from {:.3f} to {:.3f} mm",
                                                               1e3 * nominal_peak, 1e3 * run.closed.all)
                                                 : run.verdict.text());
@@ -82,7 +95,7 @@ CertificateRuns certificate_runs(const ControllerDesign& trial, const TuningScen
 
 std::string nominal_alarm(const ControllerDesign& supervised, const TuningScenario& ringing, const RotorModel& model,
                           const Hardware& hardware, std::uint64_t seed, int threads) {
-  std::vector<Case> cases = cases_of(ringing, false);
+  std::vector<Case> cases = cases_of(ringing, false, passes_critical(model, hardware));
   cases.push_back({"", ringing});
   std::vector<std::string> text(cases.size());
   parallel_for(static_cast<int>(cases.size()), threads, [&](int i) {
@@ -97,6 +110,23 @@ std::string nominal_alarm(const ControllerDesign& supervised, const TuningScenar
     if (!alarm.empty()) return alarm;
   }
   return {};
+}
+
+int delivered_delay(const ControllerDesign& supervised, const TuningScenario& ringing, const RotorModel& model,
+                    const Hardware& hardware, std::uint64_t seed, int most) {
+  const auto holds = [&](int delay) {
+    TuningScenario late = ringing;
+    late.extra_delay = delay;
+    const ClosedLoopMetrics run = scenario_plant(late, model, hardware, seed).run(supervised);
+    return run.verdict.stable && (run.supervision & control::kUnheld) == 0;
+  };
+  if (most <= 0 || holds(most)) return std::max(most, 0);
+  int low = 0, high = most;
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    (holds(middle) ? low : high) = middle;
+  }
+  return low;
 }
 
 }  // namespace whirl::tuning

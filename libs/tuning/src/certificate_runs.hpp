@@ -14,10 +14,11 @@ struct CertificateRuns {
   double peak = 0;      ///< largest whole-run peak on any of them, m
 };
 
-/// Runs `trial` on the scenario `ringing` with the actuators at the limits of their tolerance, with structural modes of
-/// every sign that may be, 1.5 times as strong and a little off in frequency. The judge looks at runs that begin with
-/// the structure at rest (what stands is then the loop's own), the peak is that with and without its ringing. Refused,
-/// too, when the tolerance of the actuators makes the peak more than twice `nominal_peak` (m) and 30 um.
+/// Runs `trial` on the scenario `ringing` with the actuators at the limits of their tolerance, with the profile
+/// reversed, the critical speed held and the speed swinging about it, with structural modes of every sign that may
+/// be, 1.5 times as strong and a little off in frequency. The judge looks at runs that begin with the structure at rest
+/// (what stands is then the loop's own), the peak is that with and without its ringing. Refused, too, when the
+/// tolerance of the actuators makes the peak more than twice `nominal_peak` (m) and 30 um.
 CertificateRuns certificate_runs(const ControllerDesign& trial, const TuningScenario& ringing, double nominal_peak,
                                  const RotorModel& model, const Hardware& hardware, std::uint64_t seed, int threads);
 
@@ -25,5 +26,10 @@ CertificateRuns certificate_runs(const ControllerDesign& trial, const TuningScen
 /// the limits of their tolerance too; empty: it stays quiet.
 std::string nominal_alarm(const ControllerDesign& supervised, const TuningScenario& ringing, const RotorModel& model,
                           const Hardware& hardware, std::uint64_t seed, int threads);
+
+/// The largest further delay, samples up to `most`, with which the design as delivered, supervision included, runs
+/// through its profile; its own plant holds it (nominal_alarm).
+int delivered_delay(const ControllerDesign& supervised, const TuningScenario& ringing, const RotorModel& model,
+                    const Hardware& hardware, std::uint64_t seed, int most);
 
 }  // namespace whirl::tuning

@@ -49,13 +49,13 @@ void hold_on_readings(const IdentifiedModel& model, const DesignOptions& given, 
   o.threads = given.threads;
   for (const identification::ModelReading& reading : identification::other_readings(model)) {
     for (const MarginStudy& study : margin_studies(best, reading.model, given, o)) {
-      const std::string why = margin_failure(study.speeds, best);
+      const std::optional<Finding> why = margin_failure(study.speeds, best);
       best.summary.add({FindingCode::readings_differ,
-                        why.empty() ? Consequence::note : Consequence::unusable,
+                        why ? Consequence::unusable : Consequence::note,
                         {{"gain margin", worst_margins(study.speeds).gain_up}},
                         reading.reading},
-                       why.empty() ? "" : ": with it " + why);
-      if (!why.empty()) best.margins["certified"] = 0;
+                       why ? ": with it " + text(*why) : "");
+      if (why) best.margins["certified"] = 0;
     }
   }
 }

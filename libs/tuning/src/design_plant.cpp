@@ -145,6 +145,20 @@ void add_force(rotor::FurtherForces<double>& f, const identification::RotorTerm&
 
 }  // namespace
 
+namespace {
+
+/// Size of the error of the first harmonic, that 5 % exceed (Rayleigh), m; 0 where none was identified.
+double runout_error(const IdentifiedModel& model) {
+  constexpr double kRayleigh = 1.7308;  // sqrt(-ln 0.05), of the root mean square
+  double square = 0;
+  for (const char* name : {"runout1+_re", "runout1+_im", "runout1-_re", "runout1-_im"}) {
+    if (const Estimate* e = model.parameter(name); e != nullptr && std::isfinite(e->sd)) square += e->sd * e->sd;
+  }
+  return kRayleigh * std::sqrt(square);
+}
+
+}  // namespace
+
 rotor::FurtherForces<double> further_forces(const std::vector<identification::RotorTerm>& terms) {
   rotor::FurtherForces<double> out;
   for (const identification::RotorTerm& term : terms) add_force(out, term);
@@ -156,6 +170,7 @@ Hardware with_forces(Hardware hardware, const IdentifiedModel& model) {
   std::erase_if(terms, [&](const auto& t) { return substeps_for(friction_rate(t), hardware.timing) == 0; });
   for (const auto& term : terms) hardware.timing.substeps = substeps_for(friction_rate(term), hardware.timing);
   hardware.forces = further_forces(terms);
+  hardware.runout_error = runout_error(model);
   return hardware;
 }
 

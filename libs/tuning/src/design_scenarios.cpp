@@ -1,8 +1,10 @@
 #include "design_scenarios.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace whirl::tuning {
 
@@ -29,6 +31,44 @@ std::vector<TuningScenario> tuning_scenarios(const Hardware& hardware, double st
   return all;
 }
 
+std::string course_name(Course course) {
+  switch (course) {
+    case Course::profile:
+      return "the profile as it is";
+    case Course::reversed:
+      return "the profile reversed";
+    case Course::dwell:
+      return "the critical speed held";
+    case Course::swinging:
+      return "the speed swinging about the critical one";
+  }
+  return {};
+}
+
+rotor::SpeedProfile profile_of(Course course, rotor::SpeedProfile p, double natural) {
+  // Long enough that what stands is seen (VerdictLimits::standing_time), as long as a slow passage takes.
+  constexpr double kHeld = 6;  // s
+  // Speed of a converter-fed induction motor without feedback under load: slip of a few per cent, found within seconds.
+  constexpr double kSwing = 0.02, kSwingTime = 3;  // s
+  if (course == Course::profile) return p;
+  if (course == Course::reversed) {
+    std::swap(p.omega_start, p.omega_end);
+    std::swap(p.dwell_start, p.dwell_end);
+    return p;
+  }
+  // Reached as the profile does: a run that begins there would begin on the orbit of the uncontrolled rotor.
+  p.ramp_time *= std::abs((natural - p.omega_start) / (p.omega_end - p.omega_start));
+  p.omega_end = natural;
+  p.dwell_end = kHeld;
+  if (course == Course::swinging) p.ripple = kSwing, p.ripple_omega = 2 * std::numbers::pi / kSwingTime;
+  return p;
+}
+
+bool passes_critical(const RotorModel& model, const Hardware& hardware) {
+  const auto [low, high] = std::minmax({std::abs(hardware.profile.omega_start), std::abs(hardware.profile.omega_end)});
+  return low < model.natural_frequency() && model.natural_frequency() < high;
+}
+
 ClosedLoopPlant scenario_plant(const TuningScenario& s, const RotorModel& model, const Hardware& hardware,
                                std::uint64_t seed) {
   RotorModel m = model;
@@ -41,6 +81,7 @@ ClosedLoopPlant scenario_plant(const TuningScenario& s, const RotorModel& model,
   h.forces.k3 *= s.cubic;
   h.forces.k2_axis *= s.cubic;
   rig::RigParameters p = tuning_plant(m, h);
+  p.profile = profile_of(s.course, p.profile, p.natural_frequency());
   p.actuator.extra_delay_samples = s.extra_delay;
   p.actuator.gain_error = (1 + p.actuator.gain_error) * s.gain - 1;
   p.actuator.axis_rotation += s.axis;
@@ -56,12 +97,16 @@ ClosedLoopPlant scenario_plant(const TuningScenario& s, const RotorModel& model,
 }
 
 Hardware tuning_hardware(const ControllerDesign& design, const Hardware& hardware) {
+  constexpr double kLeft = 0.1;
   Hardware h = hardware;
-  const auto removed = [](const auto& p) { return p.first.starts_with("runout_") && p.second != 0; };
-  if (std::ranges::any_of(design.parameters, removed)) {
-    h.laser.runout_1x *= 0.1;
-    h.laser.runout_2x *= 0.1;
-    h.laser.runout_3x *= 0.1;
+  const std::array runout{&h.laser.runout_1x, &h.laser.runout_2x, &h.laser.runout_3x};
+  for (std::size_t k = 0; k < runout.size(); ++k) {
+    const std::string harmonic = "_" + std::to_string(k + 1);
+    const auto removed = [&](const auto& p) {
+      return p.first.starts_with("runout_") && p.first.ends_with(harmonic) && p.second != 0;
+    };
+    if (!std::ranges::any_of(design.parameters, removed)) continue;
+    *runout[k] = std::max(kLeft * *runout[k], k == 0 ? hardware.runout_error : 0);
   }
   return h;
 }

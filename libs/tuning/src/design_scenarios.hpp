@@ -7,6 +7,23 @@
 
 namespace whirl::tuning {
 
+/// How the speed runs. A speed is held at the natural frequency, where the profile passes it.
+enum class Course {
+  profile,   ///< as the hardware says
+  reversed,  ///< the profile the other way round: run-up instead of run-down
+  dwell,     ///< held at the critical speed
+  swinging,  ///< held there by a drive that lags: the speed swings about it
+};
+
+/// "the critical speed held".
+std::string course_name(Course course);
+
+/// `profile` run so; `natural` in rad/s.
+rotor::SpeedProfile profile_of(Course course, rotor::SpeedProfile profile, double natural);
+
+/// Whether the profile passes the natural frequency.
+bool passes_critical(const RotorModel& model, const Hardware& hardware);
+
 /// One plant on which a candidate is judged, made from the model with stated errors.
 struct TuningScenario {
   std::string name;
@@ -19,8 +36,9 @@ struct TuningScenario {
   double gain = 1;                               ///< of the actuators: true / model
   double mode_frequency = 1;                     ///< of the structural modes: true / known
   double axis = 0;                               ///< of the actuators against the sensors, rad
-  double ringing = 0;                            ///< of the structure at the beginning: velocity of each of its modes /
-                                                 ///< that of the centre of mass at top speed
+  Course course = Course::profile;
+  double ringing = 0;  ///< of the structure at the beginning: velocity of each of its modes /
+                       ///< that of the centre of mass at top speed
 };
 
 /// The scenarios of the tuning (see `design`). The errors are typical of an identification at the sensors'
@@ -31,8 +49,8 @@ std::vector<TuningScenario> tuning_scenarios(const Hardware& hardware, double st
 ClosedLoopPlant scenario_plant(const TuningScenario& scenario, const RotorModel& model, const Hardware& hardware,
                                std::uint64_t seed);
 
-/// The hardware as the tuning plant has it: where the design removes a runout table, a tenth of the expected
-/// runout is left.
+/// The hardware as the tuning plant has it: of each harmonic that the design removes by a runout table a tenth is left,
+/// at least Hardware::runout_error of the first.
 Hardware tuning_hardware(const ControllerDesign& design, const Hardware& hardware);
 
 /// The design as it would run on that plant: told unbalance scaled; no offset and no runout table, because

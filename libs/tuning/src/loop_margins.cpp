@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -10,6 +11,7 @@
 #include <random>
 
 #include "design_scenarios.hpp"
+#include "response_estimate.hpp"
 #include "robustness_parallel.hpp"
 #include "tried_loop.hpp"
 #include "whirl/control/catalogue.hpp"
@@ -51,38 +53,33 @@ SpeedMargins margins_at(const ControllerDesign& design, const rig::RigParameters
   SpeedMargins out;
   out.margins.omega = omega;
   bool holds = still.holds;
-  Eigen::VectorXcd cross = Eigen::VectorXcd::Zero(window);
-  Eigen::VectorXd power = Eigen::VectorXd::Zero(window);
+  ResponseEstimate estimate(window);
+  // The record before the window gave the period that the window repeats: excitation[k % window] begins anew with it.
+  const Eigen::Index shift = (std::lround((o.settle + o.window) / h) - window) % window;
   std::mt19937_64 random(seed + 17);
-  for (int i = 0; i < o.repeats && holds; ++i) {
+  for (int n = 1; n <= o.repeats && holds; ++n) {
     const Eigen::VectorXcd excitation = multisine(window, force, random);
     const ForceRun shaken = run_window(free, tables, seed, window, &excitation);
     const Eigen::VectorXcd answer = shaken.force - still.force;
     const Eigen::Index third = window / 3;
     // What the excitation leaves must be as large at the end as at the beginning.
     holds = shaken.holds && (follows || !(answer.tail(third).norm() > 1.5 * answer.head(third).norm()));
-    // The record before the window gave the period that the window repeats: excitation[k % window] begins anew with it.
-    const Eigen::Index shift = (std::lround((o.settle + o.window) / h) - window) % window;
-    Eigen::VectorXcd acting(window);
-    for (Eigen::Index k = 0; k < window; ++k) acting[k] = answer[k] + excitation[(k + shift) % window];
-    const Eigen::VectorXcd u = signal::fft(answer), sum = signal::fft(acting);
-    cross -= (u.array() * sum.array().conjugate()).matrix();
-    power += sum.cwiseAbs2();
+    Eigen::VectorXcd given(window);
+    for (Eigen::Index k = 0; k < window; ++k) given[k] = excitation[(k + shift) % window];
+    estimate.add(signal::fft(answer), signal::fft(given));
+    if (!std::has_single_bit(static_cast<unsigned>(n)) && n != o.repeats) continue;
+    out.response = estimate.response(h);
+    if (peak_is_certain(out.response)) break;
   }
   if (holds) {
-    for (Eigen::Index k = 0; k < window; ++k) {
-      const Eigen::Index line = (k + window - window / 2) % window;  // from the lowest frequency on
-      const Eigen::Index number = k - window / 2;
-      if (line == 0) continue;
-      out.response.frequency.push_back(static_cast<double>(number) / (static_cast<double>(window) * h));
-      out.response.loop.push_back(cross[line] / power[line]);
-    }
     out.margins = margins_of(out.response);
     out.margins.omega = omega;
     if (o.verify) TriedLoop(free, rig, omega, o, seed).verify(out.margins, follows);
+    hold_together(out.margins);
   } else {
     LoopMargins& m = out.margins;
     m.stable = false;
+    out.response = {};
     m.gain_up = m.gain_down = 1;
     m.phase = m.delay = m.modulus = 0;
     m.peak_sensitivity = m.peak_complementary = kInfinity;
@@ -132,9 +129,10 @@ std::optional<Arc> arc_through(const LoopResponse& r, std::size_t middle) {
   return Arc{a, d * l1, d, r.frequency[middle]};
 }
 
-/// Standard deviation of a part of a line, from the second differences about it: their median knows no narrow
-/// resonance.
-double noise_about(const LoopResponse& r, std::size_t at) {
+/// Standard deviation of a part of the difference of a line and the one before it. Where it is not known, from the
+/// second differences about it: their median knows no narrow resonance.
+double noise_of_difference(const LoopResponse& r, std::size_t at) {
+  if (!r.deviation.empty()) return std::hypot(r.deviation[at - 1], r.deviation[at]);
   constexpr std::size_t kReach = 8;
   constexpr double kMedian = 2.88;  // of |l0 - 2 l1 + l2| for noise of 1 in each part: sqrt(6) sqrt(2 ln 2)
   std::vector<double> bends;
@@ -143,7 +141,21 @@ double noise_about(const LoopResponse& r, std::size_t at) {
   if (bends.size() < kReach) return 0;
   const auto middle = bends.begin() + std::ssize(bends) / 2;
   std::nth_element(bends.begin(), middle, bends.end());
-  return *middle / kMedian;
+  return std::numbers::sqrt2 * *middle / kMedian;
+}
+
+/// Between two lines: straight in L, or straight in the sensitivity where both are outside the unit circle: there a
+/// plant without damping has poles of L, which are zeros of S.
+Complex between(Complex l0, Complex l1, double part) {
+  if (std::abs(l0) > 1 && std::abs(l1) > 1) return 1.0 / ((1 - part) / (1.0 + l0) + part / (1.0 + l1)) - 1.0;
+  return (1 - part) * l0 + part * l1;
+}
+/// The part of the way at which it is real: S is real where L is.
+double real_part_at(Complex l0, Complex l1) {
+  const bool outside = std::abs(l0) > 1 && std::abs(l1) > 1;
+  const double from = outside ? (1.0 / (1.0 + l0)).imag() : l0.imag(),
+               to = outside ? (1.0 / (1.0 + l1)).imag() : l1.imag();
+  return from / (from - to);
 }
 
 /// The response on finer lines: where neighbouring lines differ as much as they lie from -1, on the arc of the stronger
@@ -159,18 +171,20 @@ LoopResponse refined(const LoopResponse& r) {
     if (i > 0 && r.frequency[i] * r.frequency[i - 1] > 0) {
       const Complex l0 = r.loop[i - 1], l1 = r.loop[i];
       if (std::abs(l1 - l0) > kFar * std::min(std::abs(1.0 + l0), std::abs(1.0 + l1))) {
-        const bool clear = std::abs(l1 - l0) > kClear * std::numbers::sqrt2 * noise_about(r, i);
+        const bool clear = std::abs(l1 - l0) > kClear * noise_of_difference(r, i);
         const std::optional<Arc> arc = clear ? arc_through(r, std::abs(l1) > std::abs(l0) ? i : i - 1) : std::nullopt;
         for (int k = 1; k < kParts; ++k) {
           const double part = static_cast<double>(k) / kParts,
                        f = (1 - part) * r.frequency[i - 1] + part * r.frequency[i];
           fine.frequency.push_back(f);
-          fine.loop.push_back(arc ? arc->at(f) : (1 - part) * l0 + part * l1);
+          fine.loop.push_back(arc ? arc->at(f) : between(l0, l1, part));
+          if (!r.deviation.empty()) fine.deviation.push_back(std::max(r.deviation[i - 1], r.deviation[i]));
         }
       }
     }
     fine.frequency.push_back(r.frequency[i]);
     fine.loop.push_back(r.loop[i]);
+    if (!r.deviation.empty()) fine.deviation.push_back(r.deviation[i]);
   }
   return fine;
 }
@@ -184,36 +198,36 @@ LoopMargins margins_of(const LoopResponse& lines) {
   m.gain_down = 0;
   m.phase = std::numbers::pi;
   double nearest = kInfinity;
+  const auto deviation = [&](std::size_t i) { return r.deviation.empty() ? 0 : r.deviation[i]; };
   // Whatever is read between two lines counts for the sensitivity too: a gain margin g allows a modulus of |1 - 1/g| at
   // most, a phase margin p one of 2 sin(p/2).
-  const auto near = [&](double distance, double f) {
+  const auto near = [&](double distance, double f, double noise) {
     const double s = 1 / distance;
-    if (s > m.peak_sensitivity) m.peak_sensitivity = s, m.peak_frequency = f;
+    if (s > m.peak_sensitivity) m.peak_sensitivity = s, m.peak_frequency = f, m.peak_deviation = s * s * noise;
   };
-  const auto at_unit_gain = [&](Complex loop, double f) {
+  const auto at_unit_gain = [&](Complex loop, double f, double noise) {
     const double phase = std::abs(std::arg(-loop));
-    near(2 * std::sin(0.5 * phase), f);
-    if (phase < m.phase) m.phase = phase, m.phase_frequency = f;
+    near(2 * std::sin(0.5 * phase), f, noise);
+    if (phase < m.phase) m.phase = phase, m.phase_frequency = f, m.phase_deviation = noise;
     const double delay = turn_to_critical(loop, f) / (kTwoPi * std::abs(f));
     if (delay < m.delay) m.delay = delay, m.delay_frequency = f;
   };
   for (std::size_t i = 0; i < r.loop.size(); ++i) {
     const Complex l = r.loop[i];
-    const double f = r.frequency[i];
-    near(std::abs(1.0 + l), f);
+    const double f = r.frequency[i], noise = deviation(i);
+    near(std::abs(1.0 + l), f, noise);
     m.peak_complementary = std::max(m.peak_complementary, std::abs(l) / std::abs(1.0 + l));
     if (i == 0 || r.frequency[i] * r.frequency[i - 1] < 0) continue;
     const Complex before = r.loop[i - 1];
     const double g0 = std::log(std::abs(before)), g1 = std::log(std::abs(l));
     if ((g0 > 0) != (g1 > 0)) {
       const double part = g0 / (g0 - g1);
-      at_unit_gain(before + part * (l - before), r.frequency[i - 1] + part * (f - r.frequency[i - 1]));
+      at_unit_gain(before + part * (l - before), r.frequency[i - 1] + part * (f - r.frequency[i - 1]), noise);
     }
     if ((before.imag() > 0) != (l.imag() > 0)) {
-      const double part = before.imag() / (before.imag() - l.imag());
-      const double factor = -1 / (before.real() + part * (l.real() - before.real()));
+      const double factor = -1 / between(before, l, real_part_at(before, l)).real();
       if (!(factor > 0)) continue;
-      near(std::abs(1 - 1 / factor), f);
+      near(std::abs(1 - 1 / factor), f, noise);
       if (factor >= 1) m.gain_up = std::min(m.gain_up, factor);
       if (factor < 1) m.gain_down = std::max(m.gain_down, factor);
       if (std::abs(std::log(factor)) < nearest) nearest = std::abs(std::log(factor)), m.gain_frequency = f;
@@ -221,6 +235,16 @@ LoopMargins margins_of(const LoopResponse& lines) {
   }
   m.modulus = 1 / m.peak_sensitivity;
   return m;
+}
+
+void hold_together(LoopMargins& m) {
+  double most = std::min(m.modulus, 2 * std::sin(0.5 * m.phase));
+  if (std::isfinite(m.gain_up)) most = std::min(most, 1 - 1 / m.gain_up);
+  if (m.gain_down > 0) most = std::min(most, 1 / m.gain_down - 1);
+  if (most >= m.modulus) return;
+  m.modulus = std::max(most, 1e-6);
+  m.peak_sensitivity = 1 / m.modulus;
+  m.peak_frequency = m.gain_frequency;
 }
 
 std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig::RigParameters& rig,
@@ -246,21 +270,32 @@ std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig
   return out;
 }
 
-std::string margin_failure(const std::vector<SpeedMargins>& speeds, const ControllerDesign& design) {
-  for (const SpeedMargins& s : speeds) {
-    if (!s.margins.stable) return fmt::format("the loop is not stable at {:.1f} Hz", s.margins.omega / kTwoPi);
-  }
-  const LoopMargins worst = worst_margins(speeds);
-  if (std::string low = margin_shortfall(true, worst.gain_up, worst.delay, design.sample_time); !low.empty())
-    return low;
-  // The sensitivity of small motion is no verdict on a law whose gain falls as the motion grows.
-  return gain_follows_motion(design) ? std::string() : sensitivity_warning(worst);
+std::optional<Finding> missed_margin(const LoopMargins& m, double sample_time, const VerdictLimits& limits) {
+  const auto missed = [](const char* what, std::vector<Amount> amounts = {}) {
+    return Finding{FindingCode::requirement_missed, Consequence::unusable, std::move(amounts), what};
+  };
+  constexpr double kDegree = std::numbers::pi / 180;
+  if (!m.stable) return missed("the loop is not stable at every constant speed");
+  if (m.gain_up < limits.gain_up()) return missed("gain margin", {{"value", m.gain_up}, {"least", limits.gain_up()}});
+  if (m.gain_down > limits.gain_down())
+    return missed("gain margin downwards", {{"value", m.gain_down}, {"most", limits.gain_down()}});
+  if (const double least = limits.delay_samples * sample_time; m.delay < least)
+    return missed("delay margin", {{"value", 1e3 * m.delay, "ms"}, {"least", 1e3 * least, "ms"}});
+  if (m.phase < limits.phase())
+    return missed("phase margin", {{"value", m.phase / kDegree, "deg"}, {"least", limits.phase() / kDegree, "deg"}});
+  if (m.peak_sensitivity > limits.peak_sensitivity)
+    return missed("peak sensitivity", {{"value", m.peak_sensitivity}, {"most", limits.peak_sensitivity}});
+  return {};
 }
 
-std::string sensitivity_warning(const LoopMargins& worst) {
-  if (worst.zone() != 'D') return {};
-  return fmt::format("peak sensitivity {:.1f} at {:.0f} Hz and a speed of {:.1f} Hz: zone D of ISO 14839-3 (above 5)",
-                     worst.peak_sensitivity, worst.peak_frequency, worst.omega / kTwoPi);
+std::optional<Finding> margin_failure(const std::vector<SpeedMargins>& speeds, const ControllerDesign& design) {
+  for (const SpeedMargins& s : speeds) {
+    if (std::optional<Finding> missed = missed_margin(s.margins, design.sample_time)) {
+      missed->where = fmt::format("at a speed of {:.1f} Hz: {}", s.margins.omega / kTwoPi, missed->where);
+      return missed;
+    }
+  }
+  return {};
 }
 
 std::vector<MarginStudy> margin_studies(const ControllerDesign& design, const IdentifiedModel& model,
@@ -300,12 +335,15 @@ LoopMargins worst_margins(const std::vector<SpeedMargins>& speeds) {
     worst.gain_down = std::max(worst.gain_down, m.gain_down);
     const double nearer = std::min(std::log(m.gain_up), m.gain_down > 0 ? -std::log(m.gain_down) : kInfinity);
     if (nearer < gain) gain = nearer, worst.gain_frequency = m.gain_frequency;
-    if (m.phase < worst.phase) worst.phase = m.phase, worst.phase_frequency = m.phase_frequency;
+    if (m.phase < worst.phase) {
+      worst.phase = m.phase, worst.phase_frequency = m.phase_frequency, worst.phase_deviation = m.phase_deviation;
+    }
     if (m.delay < worst.delay) worst.delay = m.delay, worst.delay_frequency = m.delay_frequency;
     worst.peak_complementary = std::max(worst.peak_complementary, m.peak_complementary);
     if (m.peak_sensitivity > worst.peak_sensitivity) {
       worst.peak_sensitivity = m.peak_sensitivity;
       worst.modulus = m.modulus;
+      worst.peak_deviation = m.peak_deviation;
       worst.peak_frequency = m.peak_frequency;
       worst.omega = m.omega;
     }

@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
+#include <numbers>
+
+#include "whirl/tuning/loop_margins.hpp"
 
 namespace whirl::tuning {
 
@@ -12,19 +16,21 @@ std::string Verdict::text() const {
   return out;
 }
 
-std::string margin_shortfall(bool stable, double gain, double delay, double sample_time, const VerdictLimits& limits) {
-  if (!stable) return "the loop is not stable at every constant speed";
-  if (gain < limits.gain_margin) return fmt::format("gain margin {:.2f}, below {:g}", gain, limits.gain_margin);
-  if (delay < limits.delay_samples * sample_time) {
-    return fmt::format("delay margin {:.2f} ms, below {:g} samples", 1e3 * delay, limits.delay_samples);
-  }
-  return {};
-}
-
 std::string margin_shortfall(const ControllerDesign& design, const VerdictLimits& limits) {
-  const auto gain = design.margins.find("gain_margin"), delay = design.margins.find("delay_margin_s");
-  if (gain == design.margins.end() || delay == design.margins.end()) return {};
-  return margin_shortfall(delay->second > 0, gain->second, delay->second, design.sample_time, limits);
+  LoopMargins m;
+  m.gain_up = m.delay = std::numeric_limits<double>::infinity();
+  m.phase = std::numbers::pi;
+  const auto take = [&](const char* name, double& to, double unit = 1) {
+    if (const auto at = design.margins.find(name); at != design.margins.end()) to = unit * at->second;
+  };
+  take("gain_margin", m.gain_up);
+  take("gain_margin_down", m.gain_down);
+  take("delay_margin_s", m.delay);
+  take("phase_margin_deg", m.phase, std::numbers::pi / 180);
+  take("peak_sensitivity", m.peak_sensitivity);
+  m.stable = m.delay > 0;
+  const std::optional<Finding> missed = missed_margin(m, design.sample_time, limits);
+  return missed ? whirl::text(*missed) : std::string();
 }
 
 Verdict judge(const JudgedRun& r, const VerdictLimits& limits) {

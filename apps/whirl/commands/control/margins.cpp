@@ -26,8 +26,9 @@ void add_margins(CommandLine& app, Session& session) {
       "axes are one complex loop, with forward and backward whirl. Modes whose sign is not known are taken both ways.\n"
       "Output: table per plant with the peak sensitivity and its zone of ISO 14839-3; --out DIR writes margins.json "
       "and\n"
-      "report.html (Nyquist diagram, sensitivity). Fails (exit code 1) where the loop is not stable, its gain margin "
-      "is\nbelow 1.1 or its delay margin below half a sample, or in zone D.\n\n"
+      "report.html (Nyquist diagram, sensitivity). Fails (exit code 1) where the loop is not stable, its peak "
+      "sensitivity\nis above 4 (zones C and D), its gain or phase margin is below what that forces (1.33 times up, 0.8 "
+      "down, 14.4\ndegrees), or its delay margin is below half a sample.\n\n"
       "Example: whirl margins controller.json model.json --mass-kg 1.5 --modes modes.json",
       [o, &session] {
         if (!o->out.empty()) {
@@ -45,8 +46,9 @@ void add_margins(CommandLine& app, Session& session) {
         Summary summary;
         tuning::state_parts(identification::Consumer::margins, model, d.hardware, summary);
         for (const tuning::MarginStudy& s : studies) {
-          if (const std::string why = tuning::margin_failure(s.speeds, design); !why.empty()) {
-            summary.fail((s.plant.empty() ? "" : "with " + s.plant + ": ") + why);
+          if (std::optional<Finding> missed = tuning::margin_failure(s.speeds, design)) {
+            if (!s.plant.empty()) missed->where = "with " + s.plant + ", " + missed->where;
+            summary.add(*missed);
           }
         }
         const io::Json json = pages::to_json(studies).set("summary", to_json(summary)).set("provenance", to_json(from));

@@ -178,6 +178,9 @@ void add_robustness(CommandLine& app, Session& session) {
   sub->add_option("--runout-common", o->study.runout_common, "of its logarithm, all machines alike")
       ->range(0, 3)
       ->show_default();
+  sub->add_flag("--other-machines", o->study.other_machines,
+                "other machines of the make: an unbalance of any angle and a runout of its own on each, under the "
+                "controller's table; without it the machine that was identified");
   sub->add_option("--participation-sd", o->study.participation_sd, "of the participation of structural modes, relative")
       ->range(0, 3)
       ->show_default();

@@ -7,10 +7,13 @@
 #include "run_off_nominal.hpp"
 #include "whirl/control/supervisor.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/io/file.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/pages/run_json.hpp"
+#include "whirl/pages/text/design.hpp"
 #include "whirl/rig/rig_file.hpp"
+#include "whirl/tuning/sliding.hpp"
 
 namespace whirl::app {
 
@@ -23,6 +26,7 @@ struct RunOptions {
   bool run_up = false;
   RunIoOptions io;
   RunFmuOptions fmu;
+  std::string sliding;
   bool monitor = false, repeat = false, off_nominal = false;
   ViewOptions view;
 };
@@ -52,11 +56,21 @@ void run_simulated(Session& session, const RunOptions& o, const ControllerDesign
   if (!m.stable) {
     summary.fail(m.verdict.text());
   } else if (const auto stated = design.margins.find("peak_m");
-             stated != design.margins.end() && m.closed.all > 1.5 * stated->second) {
-    summary.warn(
-        fmt::format("the peak of {:.3f} mm is {:.1f} times the one the certificate states, {:.3f} mm: this "
-                    "machine is not the one the controller was designed for",
-                    1e3 * m.closed.all, m.closed.all / stated->second, 1e3 * stated->second));
+             stated != design.margins.end() && m.closed.all > stated->second) {
+    constexpr double kAnother = 1.5;
+    summary.warn(fmt::format(
+        "the peak of {:.4f} mm is {:.1f} times the one the certificate states for 95 % of the "
+        "machines, {:.4f} mm{}",
+        1e3 * m.closed.all, m.closed.all / stated->second, 1e3 * stated->second,
+        m.closed.all > kAnother * stated->second ? ": this machine is not the one the controller was designed for"
+                                                 : ""));
+  }
+  if (!o.sliding.empty()) {
+    const std::optional<tuning::SlidingStudy> study = tuning::sliding_study(design, run.log);
+    if (!study) throw Error("--sliding: law '" + design.law + "' has no switching gain with a layer: nothing to check");
+    io::write_text(o.sliding, pages::sliding_csv(*study));
+    session.say(report::to_text(pages::sliding_table(*study)));
+    if (const std::optional<Finding> missed = study->missed()) summary.add(*missed);
   }
   session.result(json.set("summary", to_json(summary)));
   session.finish(summary);
@@ -119,6 +133,9 @@ void add_run(CommandLine& app, Session& session) {
   sub->add_flag("--repeat", o->repeat, "with --monitor: the simulated rig begins its profile again at the end")
       ->group("Live view");
   o->view.add_to(sub);
+  sub->add_option("--sliding", o->sliding,
+                  "CSV of S, V = S^2/2, dV/dt and their bound (paper, eqs. 28 to 42); fails where eq. 42 does not hold")
+      ->output("text");
   sub->add_option("--log", o->log, "CSV of every tick: true and measured motion, forces, sliding variables")
       ->output("record");
 }

@@ -101,6 +101,20 @@ void widen(MonteCarloResult& out, double limit) {
   out.exceeds.high = std::min(out.exceeds.high + all, 1.0);
 }
 
+/// The runout table of a design.
+control::Runout removed_runout(const ControllerDesign& design) {
+  control::Runout out;
+  const auto take = [&](const char* name, std::array<double, control::Runout::kHarmonics>& to) {
+    for (std::size_t k = 0; k < to.size(); ++k) {
+      const auto at = design.parameters.find(fmt::format("{}_{}", name, k + 1));
+      if (at != design.parameters.end()) to[k] = at->second;
+    }
+  };
+  take("runout_x_cos", out.x_cos), take("runout_x_sin", out.x_sin);
+  take("runout_y_cos", out.y_cos), take("runout_y_sin", out.y_sin);
+  return out;
+}
+
 /// Quantiles and proportions over the samples.
 void summarise(MonteCarloResult& out, const MonteCarloOptions& options) {
   std::vector<double> peaks;
@@ -139,7 +153,9 @@ MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedMod
   if (!(centre.gain > 0)) throw Error("Monte Carlo: the input gain of the model is not known");
   // The rotors drawn rest at zero, their runout is another one.
   const ControllerDesign trial = on_scenario(design, {});
-  const RigDraw draw(centre, model, with_forces(tuning_hardware(design, hardware), model), options);
+  const Hardware known = with_forces(hardware, model);
+  const RigDraw draw(centre, model, options.other_machines ? known : tuning_hardware(design, known), options,
+                     removed_runout(design));
   const auto like = rig::make_rig_tables(draw(0).rig);
 
   const auto n = static_cast<std::size_t>(options.samples);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "design_scenarios.hpp"
 #include "monte_carlo/random_numbers.hpp"
@@ -85,8 +86,8 @@ class Random {
 }  // namespace
 
 RigDraw::RigDraw(const RotorModel& centre, const IdentifiedModel& model, const Hardware& hardware,
-                 const MonteCarloOptions& options)
-    : centre_(centre), hardware_(hardware), options_(options), root_(covariance_root(model)) {
+                 const MonteCarloOptions& options, const control::Runout& removed)
+    : centre_(centre), hardware_(hardware), options_(options), removed_(removed), root_(covariance_root(model)) {
   std::vector<identification::RotorTerm> terms = identification::terms_of(model);
   for (identification::RotorTerm& term : terms) {
     const Estimate* value = model.parameter(std::string(term.parameter()));
@@ -125,6 +126,18 @@ DrawnRig RigDraw::operator()(int sample) const {
   const double all = common_case(CommonUnknown::runout, sample) ? options_.runout_common : -options_.runout_common;
   for (double* runout : {&h.laser.runout_1x, &h.laser.runout_2x, &h.laser.runout_3x}) {
     *runout *= std::exp(all) * random.factor(options_.runout_sd, limits);
+  }
+  if (options_.other_machines) {
+    m.eps *= std::polar(1.0, random.angle());
+    const std::array<std::pair<double*, double*>, 3> own{{{&h.laser.runout_1x, &h.laser.runout_phase_1x},
+                                                          {&h.laser.runout_2x, &h.laser.runout_phase_2x},
+                                                          {&h.laser.runout_3x, &h.laser.runout_phase_3x}}};
+    for (std::size_t k = 0; k < own.size(); ++k) {
+      // Of the x axis, as the rig counts it: x = Re(runout e^{i k beta}).
+      const std::complex<double> left =
+          std::polar(*own[k].first, *own[k].second) - std::complex<double>(removed_.x_cos[k], -removed_.x_sin[k]);
+      *own[k].first = std::abs(left), *own[k].second = std::arg(left);
+    }
   }
   const double split = 0.2 * options_.stiffness_sd * m.k1, along = random.normal(), across = random.normal();
   RotorModel uneven = m;

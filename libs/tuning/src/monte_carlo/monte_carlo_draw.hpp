@@ -18,14 +18,16 @@ struct DrawnRig {
 /// Rig number i of a study, a function of (seed, i) alone.
 class RigDraw {
  public:
+  /// `removed`: the runout that the controller takes out of its readings, for MonteCarloOptions::other_machines.
   RigDraw(const RotorModel& centre, const IdentifiedModel& model, const Hardware& hardware,
-          const MonteCarloOptions& options);
+          const MonteCarloOptions& options, const control::Runout& removed = {});
   DrawnRig operator()(int sample) const;
 
  private:
   RotorModel centre_;
   Hardware hardware_;
   MonteCarloOptions options_;
+  control::Runout removed_;
   Root root_;
   rotor::FurtherForces<double> forces_sd_;  ///< standard deviations, each drawn by itself
 };

@@ -31,6 +31,8 @@ enum class FindingCode {
   angles_reversed,         ///< all runs agree far better with mass angles counted the other way
   scatter_unknown,         ///< no run repeats what another one tells: no interval
   answer_ambiguous,        ///< other masses explain the readings as well
+  requirement_missed,      ///< a controller does not meet a requirement of its certificate
+  sliding_bound_missed,    ///< the switching gain is not above the disturbance: a reaching condition does not hold
 };
 /// As it stands in JSON and Python, e.g. "held_out_missed".
 std::string_view to_string(FindingCode code);

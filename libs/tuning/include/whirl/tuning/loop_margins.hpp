@@ -1,11 +1,14 @@
 #pragma once
 #include <complex>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "whirl/core/control_types.hpp"
+#include "whirl/core/finding.hpp"
 #include "whirl/tuning/design.hpp"
+#include "whirl/tuning/verdict.hpp"
 
 namespace whirl::tuning {
 
@@ -17,6 +20,7 @@ char sensitivity_zone(double peak_sensitivity);
 struct LoopResponse {
   std::vector<double> frequency;           ///< Hz, ascending, negative ones included
   std::vector<std::complex<double>> loop;  ///< L: force the controller answers with / force acting, sign of 1 + L
+  std::vector<double> deviation;           ///< standard deviation of each part of L; empty: not known
 };
 
 /// Distance of one loop response from -1.
@@ -31,6 +35,8 @@ struct LoopMargins {
   double delay_frequency = 0;         ///< Hz
   double modulus = 1;                 ///< smallest |1 + L|
   double peak_sensitivity = 1;        ///< largest |S| = 1 / modulus
+  double peak_deviation = 0;          ///< standard deviation of peak_sensitivity; 0: exact or not known
+  double phase_deviation = 0;         ///< of phase, rad
   double peak_complementary = 0;      ///< largest |T| = |L S|
   double peak_frequency = 0;          ///< Hz of max |S|
   bool simulated = false;             ///< gain_up or delay is that of the running loop, not of the linearised one
@@ -38,15 +44,22 @@ struct LoopMargins {
 };
 
 /// Margins of a response of a loop that is stable as it is: the first gain, phase and delay at which 1 + L = 0
-/// somewhere. Between lines that lie apart L is the arc of a resonance through three of them. The margins hold
-/// together: modulus <= |1 - 1/gain|, modulus <= 2 sin(phase / 2).
+/// somewhere. Between lines that lie apart by more than their noise, L is the arc of a resonance through three of them.
+/// The margins hold together (hold_together).
 LoopMargins margins_of(const LoopResponse& response);
+
+/// A loop cannot be farther from -1 than the gain or the phase that brings it there: modulus <= |1 - 1/gain_up|,
+/// <= 1/gain_down - 1, <= 2 sin(phase / 2). Lowers the modulus to the least of them, with peak_sensitivity = 1 /
+/// modulus: a gain found in the running loop may be nearer than the loop of small motion.
+void hold_together(LoopMargins& margins);
 
 struct MarginOptions {
   int speeds = 12;    ///< from standstill to the top of the profile, both included
   double settle = 3;  ///< s before the response counts
   double window = 4;  ///< s of one period of the excitation: resolution 1 / window
-  int repeats = 1;    ///< excitations with other phases, averaged
+  /// Most excitations with other phases, averaged: two, four, ... until the peak sensitivity is certain to 5 % (two
+  /// standard deviations). 1: one, its noise not known.
+  int repeats = 32;
   /// Force of the excitation, N rms of an axis; 0: what deflects the shaft by 1 um.
   double force = 0;
   std::uint64_t seed = 1;
@@ -68,8 +81,8 @@ bool gain_follows_motion(const ControllerDesign& design);
 /// The controller is the real step function and its operating point the synchronous orbit at that speed, with the noise
 /// of the sensors: the same run is made with and without a small force of all frequencies (multisine, random phases),
 /// and the difference of the two is the small-signal response about that orbit: of a linear law exact, of a sliding
-/// term its gain averaged over the orbit and the noise. L = -u_c / (u_c + d), u_c the controller's part and d the
-/// excitation.
+/// term its gain averaged over the orbit and the noise, known to the scatter of the excitations
+/// (response_estimate.hpp). S = 1 + u_c / d and L = 1/S - 1, u_c the controller's part and d the excitation.
 ///
 /// The gain and delay margins are then tried in the running loop, without excitation: inside them no motion may stand
 /// (by the judge's limits). Of laws whose gain follows the motion - sliding terms, `asmc`, `bsmc`, `pd_influence`,
@@ -86,12 +99,11 @@ std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig
 /// The worst over the speeds: smallest gain, phase, delay and modulus margin, largest peaks.
 LoopMargins worst_margins(const std::vector<SpeedMargins>& speeds);
 
-/// Why these margins do not do: a speed at which the loop is not stable, gain or delay margin below the judge's minima,
-/// or a peak sensitivity in zone D of a law whose gain does not follow the motion; empty: they do. The one rule of
-/// `design` and `margins`.
-std::string margin_failure(const std::vector<SpeedMargins>& speeds, const ControllerDesign& design);
-/// What is to be said of a peak sensitivity in zone D; empty: it lies below.
-std::string sensitivity_warning(const LoopMargins& worst);
+/// The first requirement that margins miss: a stable loop; gain, phase and modulus that a peak sensitivity of
+/// VerdictLimits allows; delay. Code requirement_missed, amounts `value` and `least` or `most`; nothing: all are met.
+std::optional<Finding> missed_margin(const LoopMargins& margins, double sample_time, const VerdictLimits& limits = {});
+/// The same of the worst over the speeds, with the speed in words: the one rule of `design` and `margins`.
+std::optional<Finding> margin_failure(const std::vector<SpeedMargins>& speeds, const ControllerDesign& design);
 
 /// Margins on one plant that the machine may be.
 struct MarginStudy {

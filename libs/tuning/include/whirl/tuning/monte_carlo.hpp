@@ -24,10 +24,14 @@ struct MonteCarloOptions {
   /// Relative standard deviations added to the identified ones: what a covariance of the noise alone does not hold. The
   /// axes of the shaft differ in stiffness by a fifth of `stiffness_sd`.
   double stiffness_sd = 0.05, damping_sd = 0.2, unbalance_sd = 0.02;
-  double gain_sd = 0.03;          ///< of the actuator gain, relative
-  double rotation_sd = 0.02;      ///< of the actuator axes, rad
-  double runout_sd = 0.3;         ///< of each runout harmonic against the data sheet, relative
-  double runout_common = 0.4;     ///< of its logarithm, on all machines alike (CommonUnknown::runout)
+  double gain_sd = 0.03;       ///< of the actuator gain, relative
+  double rotation_sd = 0.02;   ///< of the actuator axes, rad
+  double runout_sd = 0.3;      ///< of each runout harmonic against the data sheet, relative
+  double runout_common = 0.4;  ///< of its logarithm, on all machines alike (CommonUnknown::runout)
+  /// Other machines of the make: each with a runout of its own under the table that the controller keeps, and an
+  /// unbalance of any angle. Otherwise the machine that was identified: of a runout that the controller removes, what
+  /// its identification leaves (tuning_hardware).
+  bool other_machines = false;
   double participation_sd = 0.3;  ///< of the participation of structural modes, relative; a sign that is not
                                   ///< known is + or - with equal chance
   double ringing = 0.1;  ///< of the structure at the beginning: velocity (standard deviation) of each mode whose

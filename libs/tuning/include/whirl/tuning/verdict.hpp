@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,15 +19,19 @@ struct VerdictLimits {
   double segment_floor = 5e-6;   ///< m by which a segment may exceed the open loop: sensors end there
   double variation = 1.5;        ///< total variation of the force / the nominal one
   double saturated = 0.01;       ///< fraction of the ticks of a turning shaft at the force limit
-  double gain_margin = 1.1;      ///< least factor on the loop gain that a design must stand
   double delay_samples = 0.5;    ///< least further delay, in samples
+  /// Largest peak sensitivity of a loop: the end of zone B of ISO 14839-3 (12 dB), in which a machine may run without
+  /// limit of time. The margins below are those that every loop within it has.
+  double peak_sensitivity = 4;
+
+  double modulus() const { return 1 / peak_sensitivity; }
+  double gain_up() const { return peak_sensitivity / (peak_sensitivity - 1); }
+  double gain_down() const { return peak_sensitivity / (peak_sensitivity + 1); }
+  double phase() const { return 2 * std::asin(0.5 / peak_sensitivity); }  ///< rad
 };
 
-/// Why a loop with this gain margin (factor) and delay margin (s) does not do; empty: it does.
-std::string margin_shortfall(bool stable, double gain, double delay, double sample_time,
-                             const VerdictLimits& limits = {});
-
-/// The same of the margins that stand in a design; empty, too, when it does not state any.
+/// Why the margins that stand in a design do not do (missed_margin in loop_margins.hpp); empty: they do, or it states
+/// none.
 std::string margin_shortfall(const ControllerDesign& design, const VerdictLimits& limits = {});
 
 /// What the judge looks at, of one run.
