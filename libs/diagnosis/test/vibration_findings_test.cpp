@@ -66,6 +66,18 @@ TEST(VibrationFindings, AnElectricLineFarAboveTheNoiseIsReadAtItsTop) {
   }
 }
 
+// Far above the noise a line at half the speed was read a step beside it, where it leaks least, and called a whirl.
+TEST(VibrationFindings, AHalfOrderFarAboveTheNoiseIsNoWhirl) {
+  for (const unsigned seed : {950007u, 951004u}) {
+    testing::vibration_detail::Draw draw{std::mt19937_64(104729ull * seed + 71)};
+    const VibrationTruth truth = testing::vibration_detail::draw_truth(draw);
+    ASSERT_GT(truth.half, 0);
+    const VibrationFindings v = found_in(truth, seed);
+    EXPECT_NE(v.find(VibrationCode::half_orders), nullptr) << seed;
+    EXPECT_EQ(v.find(VibrationCode::subsynchronous), nullptr) << seed;
+  }
+}
+
 TEST(VibrationFindings, APurelyElectricLineIsNoOrder) {
   VibrationTruth t = motor();
   t.twice = 1.5;

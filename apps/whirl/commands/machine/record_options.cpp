@@ -75,7 +75,8 @@ Recording RecordOptions::with_angle(Recording record) const {
     const Recording told = identification::with_angle_from_pulses(record, "");
     if (const Channel* beta = told.find("beta")) record.add("beta", Quantity::angle, beta->samples);
   } catch (const Error& e) {
-    io::remark(record.source, e.what());
+    const std::string what = e.what(), head = record.source + ": ";
+    io::remark(record.source, what.starts_with(head) ? what.substr(head.size()) : what);
   }
   return record;
 }

@@ -9,7 +9,7 @@ namespace whirl::diagnosis::detail {
 namespace {
 
 constexpr std::size_t kQuarter = 4;
-constexpr int kLobe = 4;                    // steps: half the lobe of a Hann window
+constexpr int kLineLobe = 4;                // steps: half the lobe of a Hann window
 constexpr double kEdge = 4.5;               // steps: the lobe of a Hann window from its top on
 constexpr double kFollowedBeat = 1.0 / 16;  // orders: the blocks of such an angle are 16 turns
 constexpr double kPairReach = 0.47;         // orders from 1X or 2X within which a line may be a sideband
@@ -67,7 +67,7 @@ Search search(const std::vector<LineBlock>& blocks, double nominal) {
   // Far above the noise the chance counts the leakage of the line itself, which is least where it is not: the top is
   // where the power is.
   for (const int side : {-1, 1}) {
-    for (int k = 1; k <= kLobe; ++k) {
+    for (int k = 1; k <= kLineLobe; ++k) {
       const double frequency = best.line.frequency + side * step;
       Search here = at_frequency(blocks, frequency);
       const bool within = std::abs(frequency - nominal) < (half + 0.5) * step;

@@ -13,19 +13,20 @@ constexpr Eigen::Index kShortBlock = 64;                            // turns: a 
 constexpr double kShortSteady = 0.05;                               // change of the speed over a block
 constexpr double kLowest = 0.38, kHighest = 0.495, kBeyond = 0.52;  // orders
 constexpr double kStep = 0.5 / static_cast<double>(kShortBlock);
+constexpr int kWhirlLobe = 4;                           // steps: half the lobe of a Hann window
 constexpr double kLockedNats = 6, kLockedShare = 0.02;  // of the log likelihood: below it a line may stand at 0.5X
 constexpr double kOutside = 1e-3;  // chance of a fixed line where it is no subharmonic: another source
 
 struct Whirl {
   Line line;
-  double evidence = 1, likelihood = 0;
+  double evidence = 1, likelihood = 0, power = 0;
   std::vector<LineValue> values;
   std::vector<std::size_t> seen;
 };
 
 // The line in the blocks where its order lies in the range.
 Whirl whirl_at(const std::vector<LineBlock>& blocks, const Line& line) {
-  Whirl out{line, 1, 0, std::vector<LineValue>(blocks.size()), {}};
+  Whirl out{line, 1, 0, 0, std::vector<LineValue>(blocks.size()), {}};
   std::vector<double> chances;
   std::vector<std::size_t> places;
   for (std::size_t k = 0; k < blocks.size(); ++k) {
@@ -36,6 +37,7 @@ Whirl whirl_at(const std::vector<LineBlock>& blocks, const Line& line) {
     if (!(out.values[k].share >= kLeastShare)) continue;
     const double noise = b.floor(b.bin_of(line));
     if (noise > 0) out.likelihood += out.values[k].power / noise;
+    out.power += out.values[k].power;
     chances.push_back(out.values[k].chance);
     places.push_back(k);
   }
@@ -54,11 +56,23 @@ Whirl best_of(const std::vector<LineBlock>& blocks, double from, double to, doub
   }
   if (best.likelihood <= 0) return best;
   const double tested = tests * best.evidence;
+  // Far above the noise the floor beside a line is its own leakage, which is least where the line is not: the top is
+  // where the power is.
+  const auto place = [&] { return fixed ? best.line.frequency : best.line.order; };
+  for (const int side : {-1, 1}) {
+    for (int k = 0; k < kWhirlLobe; ++k) {
+      const double at = place() + side * step;
+      if (at < from - 1e-9 || at > to + 1e-9) break;
+      Whirl here = whirl_at(blocks, fixed ? Line{0, at} : Line{at, 0});
+      if (here.power <= best.power) break;
+      best = std::move(here);
+    }
+  }
   for (double fine = 0.5 * step; fine > 0.05 * step; fine *= 0.5) {
     for (const double move : {-fine, fine}) {
-      const double at = (fixed ? best.line.frequency : best.line.order) + move;
+      const double at = place() + move;
       Whirl here = whirl_at(blocks, fixed ? Line{0, at} : Line{at, 0});
-      if (here.likelihood > best.likelihood) best = std::move(here);
+      if (here.power > best.power) best = std::move(here);
     }
   }
   best.evidence = tested;
@@ -85,7 +99,8 @@ void find_subsynchronous(ChannelStudy& s) {
   const std::vector<LineBlock> blocks = blocks_of(s.channel, lines, kShortBlock, kShortSteady);
   if (blocks.empty()) return;
   Whirl best = best_of(blocks, kLowest, kBeyond, kStep, false);
-  const double half = whirl_at(blocks, {0.5, 0}).likelihood;
+  // Both against the noise beside the best.
+  const double half = best.power > 0 ? best.likelihood * whirl_at(blocks, {0.5, 0}).power / best.power : 0;
   const bool locked = best.likelihood - half < std::max(kLockedNats, kLockedShare * best.likelihood);
   bool whip = false;
   if (s.runs()) {
