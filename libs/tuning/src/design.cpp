@@ -8,8 +8,8 @@
 #include <nlopt.hpp>
 #include <numbers>
 
+#include "certificate/design_peak.hpp"
 #include "design_parts.hpp"
-#include "design_peak.hpp"
 #include "design_scenarios.hpp"
 #include "monte_carlo/training.hpp"
 #include "robustness_parallel.hpp"

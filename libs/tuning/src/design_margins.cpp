@@ -6,8 +6,8 @@
 #include <map>
 #include <numbers>
 
-#include "certificate_runs.hpp"
-#include "design_peak.hpp"
+#include "certificate/certificate_runs.hpp"
+#include "certificate/design_peak.hpp"
 #include "design_scenarios.hpp"
 #include "robustness_parallel.hpp"
 #include "whirl/control/catalogue.hpp"
@@ -125,6 +125,14 @@ void add_sliding_margins(ControllerDesign& design, const ClosedLoopMetrics& run,
   }
 }
 
+/// What supervision takes back is not held by what is delivered. `held`: of so many samples at most, those that are.
+template <class Held>
+void limit_delay(ControllerDesign& design, Held&& held) {
+  double& margin = design.margins.at("delay_margin_s");
+  const int most = static_cast<int>(margin / design.sample_time), found = held(most);
+  if (found < most) margin = (found + 0.5) * design.sample_time;
+}
+
 }  // namespace
 
 void assess(ControllerDesign& design, const DesignOptions& options) {
@@ -167,13 +175,8 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   ControllerDesign watched = on_scenario(design, ringing);
   watched.margins.clear();
   const std::string alarm = nominal_alarm(watched, ringing, model, hardware, seed, options.threads);
-  if (alarm.empty() && loop.stable) {
-    // What supervision takes back is not held by what is delivered.
-    const double h = design.sample_time;
-    const int most = static_cast<int>(margins["delay_margin_s"] / h);
-    const int held = delivered_delay(watched, ringing, model, hardware, seed, most);
-    if (held < most) margins["delay_margin_s"] = (held + 0.5) * h;
-  }
+  if (alarm.empty() && loop.stable)
+    limit_delay(design, [&](int most) { return delivered_delay(watched, ringing, model, hardware, seed, most); });
   const bool certified = refused.empty() && alarm.empty() && !no_margin && left > 0 && soft_stable;
   margins["certified"] = certified ? 1 : 0;
   const double percent = 100 * options.stiffness_uncertainty;

@@ -16,9 +16,9 @@ namespace whirl::tuning {
 ///   dS/dt = Delta - rho tanh(S/eps),   V = S^T S / 2,   dV/dt = S_x dS_x/dt + S_y dS_y/dt,
 ///
 /// with S as the law computes it. Delta is all that is not the reaching term: model errors, delay, estimator, limits of
-/// the force. It is found from S itself, its slope taken over 11 ticks. Where max |Delta| < rho (eq. 42), take kappa half
-/// of what is left, (rho - max |Delta|) / 2: with tanh in the place of sgn, dV/dt <= -kappa (|S_x| + |S_y|) (eqs. 29 and
-/// 39) outside the layer |S| <= eps atanh((max |Delta| + kappa) / rho), which is reached within |S(0)| / kappa.
+/// the force. It is found from S itself, its slope taken over 11 ticks. Where max |Delta| < rho (eq. 42), take kappa
+/// half of what is left, (rho - max |Delta|) / 2: with tanh in the place of sgn, dV/dt <= -kappa (|S_x| + |S_y|) (eqs.
+/// 29 and 39) outside the layer |S| <= eps atanh((max |Delta| + kappa) / rho), which is reached within |S(0)| / kappa.
 struct SlidingStudy {
   std::vector<double> time;                           ///< s
   std::vector<double> v, v_rate;                      ///< V, m^2/s^2, and dV/dt, m^2/s^3

@@ -1,4 +1,4 @@
-#include "certificate_runs.hpp"
+#include "certificate/certificate_runs.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "design_peak.hpp"
+#include "certificate/design_peak.hpp"
 
 #include <fmt/format.h>
 
