@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "run_judge.hpp"
+#include "runs/run_judge.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/rig/virtual_rig.hpp"
 #include "whirl/rt/clock.hpp"

@@ -4,7 +4,7 @@
 #include <mutex>
 #include <tuple>
 
-#include "robustness_parallel.hpp"
+#include "runs/robustness_parallel.hpp"
 #include "whirl/control/method.hpp"
 #include "whirl/core/error.hpp"
 

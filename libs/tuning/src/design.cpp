@@ -10,9 +10,9 @@
 
 #include "certificate/design_peak.hpp"
 #include "design_parts.hpp"
-#include "design_scenarios.hpp"
 #include "monte_carlo/training.hpp"
-#include "robustness_parallel.hpp"
+#include "runs/design_scenarios.hpp"
+#include "runs/robustness_parallel.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/method.hpp"
 #include "whirl/core/error.hpp"

@@ -8,8 +8,8 @@
 
 #include "certificate/certificate_runs.hpp"
 #include "certificate/design_peak.hpp"
-#include "design_scenarios.hpp"
-#include "robustness_parallel.hpp"
+#include "runs/design_scenarios.hpp"
+#include "runs/robustness_parallel.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/times.hpp"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "design_scenarios.hpp"
+#include "runs/design_scenarios.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 
 namespace whirl::tuning {

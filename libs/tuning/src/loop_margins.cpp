@@ -10,9 +10,9 @@
 #include <optional>
 #include <random>
 
-#include "design_scenarios.hpp"
 #include "response_estimate.hpp"
-#include "robustness_parallel.hpp"
+#include "runs/design_scenarios.hpp"
+#include "runs/robustness_parallel.hpp"
 #include "tried_loop.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/control/controller.hpp"

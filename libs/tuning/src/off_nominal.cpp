@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "robustness_parallel.hpp"
+#include "runs/robustness_parallel.hpp"
 #include "whirl/control/controller.hpp"
 
 namespace whirl::tuning {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "robustness_parallel.hpp"
+#include "runs/robustness_parallel.hpp"
 
 namespace whirl::tuning {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "design_scenarios.hpp"
+#include "runs/design_scenarios.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rig/records.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "foreign_designs.hpp"
-#include "run_judge.hpp"
+#include "runs/run_judge.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/tuning/monte_carlo.hpp"
 

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "standing_motion.hpp"
+#include "runs/standing_motion.hpp"
 #include "whirl/rig/records.hpp"
 #include "whirl/tuning/design.hpp"
 

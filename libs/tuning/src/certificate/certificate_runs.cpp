@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "robustness_parallel.hpp"
+#include "runs/robustness_parallel.hpp"
 #include "whirl/control/supervisor.hpp"
 
 namespace whirl::tuning {

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "design_scenarios.hpp"
+#include "runs/design_scenarios.hpp"
 
 namespace whirl::tuning {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "design_scenarios.hpp"
+#include "runs/design_scenarios.hpp"
 #include "whirl/tuning/monte_carlo.hpp"
 
 namespace whirl::tuning {

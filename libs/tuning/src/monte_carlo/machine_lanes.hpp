@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "monte_carlo/monte_carlo_draw.hpp"
-#include "run_judge.hpp"
+#include "runs/run_judge.hpp"
 #include "whirl/rig/batch.hpp"
 
 namespace whirl::tuning {

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <memory>
 
-#include "design_scenarios.hpp"
 #include "monte_carlo/machine_lanes.hpp"
 #include "monte_carlo/monte_carlo_checkpoint.hpp"
 #include "monte_carlo/monte_carlo_draw.hpp"
-#include "robustness_parallel.hpp"
+#include "runs/design_scenarios.hpp"
+#include "runs/robustness_parallel.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::tuning {

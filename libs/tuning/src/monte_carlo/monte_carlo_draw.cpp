@@ -7,8 +7,8 @@
 #include <numbers>
 #include <utility>
 
-#include "design_scenarios.hpp"
 #include "monte_carlo/random_numbers.hpp"
+#include "runs/design_scenarios.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 

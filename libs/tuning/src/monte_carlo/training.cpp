@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "design_scenarios.hpp"
 #include "monte_carlo/machine_lanes.hpp"
 #include "monte_carlo/random_numbers.hpp"
-#include "robustness_parallel.hpp"
+#include "runs/design_scenarios.hpp"
+#include "runs/robustness_parallel.hpp"
 
 namespace whirl::tuning {
 namespace {

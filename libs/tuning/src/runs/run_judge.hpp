@@ -3,7 +3,7 @@
 #include <cmath>
 #include <complex>
 
-#include "standing_motion.hpp"
+#include "runs/standing_motion.hpp"
 #include "whirl/core/control_types.hpp"
 #include "whirl/tuning/verdict.hpp"
 

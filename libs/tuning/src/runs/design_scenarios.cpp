@@ -1,4 +1,4 @@
-#include "design_scenarios.hpp"
+#include "runs/design_scenarios.hpp"
 
 #include <algorithm>
 #include <array>
