@@ -12,7 +12,7 @@
 namespace whirl::tuning {
 namespace {
 
-IdentifiedModel identified(const rig::RigParameters& rig) {
+IdentifiedModel identified_rig(const rig::RigParameters& rig) {
   IdentifiedModel m;
   m.method = "stand-in";
   m.rotor = rig.true_model();
@@ -31,7 +31,7 @@ ControllerDesign designed(const rig::RigParameters& rig, const Hardware& hardwar
   o.feedforward = !std::string(law).starts_with("pd_");
   o.hardware = hardware;
   o.evaluations = evaluations;
-  return design(identified(rig), o);
+  return design(identified_rig(rig), o);
 }
 
 /// The modal model that a hammer test at the actuator, seen by the sensor, finds on the rig.
@@ -90,7 +90,7 @@ TEST(JudgeUnit, SmallMarginsFailTheRunOfADesign) {
   o.law = "pd";
   o.estimator = "kfe";
   o.hardware = data_sheet(rig);
-  ControllerDesign d = untuned_design(identified(rig), o);
+  ControllerDesign d = untuned_design(identified_rig(rig), o);
   EXPECT_EQ(margin_shortfall(d), "");  // it states none
   const ClosedLoopPlant plant(rig);
   ASSERT_TRUE(plant.run(d).verdict.passed()) << plant.run(d).verdict.text();
@@ -116,7 +116,7 @@ TEST(DesignUnit, WhatIsNotCertifiedFails) {
   o.evaluations = 1;
   for (const double kd : {20.0, 900.0}) {
     o.fixed = {{"kd", kd}, {"kp", 0}};
-    const ControllerDesign d = design(identified(rig), o);
+    const ControllerDesign d = design(identified_rig(rig), o);
     EXPECT_EQ(d.margins.at("certified") == 1, d.summary.status != Status::unusable) << kd;
     if (kd > 100) {
       EXPECT_EQ(d.margins.at("certified"), 0);
@@ -270,7 +270,7 @@ TEST(DesignUnit, ModelsThatDoNotExplainTheirRecordAreRefused) {
   DesignOptions o;
   o.hardware = data_sheet(rig);
   o.evaluations = 3;
-  IdentifiedModel model = identified(rig);
+  IdentifiedModel model = identified_rig(rig);
   EXPECT_NE(design(model, o).summary.status, Status::unusable);
   model.rotor->modes = {{2 * std::numbers::pi * 21, 0.008, 0.3 * model.rotor->eps}};
   const ControllerDesign second = design(model, o);
@@ -281,7 +281,7 @@ TEST(DesignUnit, ModelsThatDoNotExplainTheirRecordAreRefused) {
   EXPECT_EQ(design(model, o).summary.warnings.empty() ||
                 design(model, o).summary.warnings.back().find("refused") == std::string::npos,
             true);
-  model = identified(rig);
+  model = identified_rig(rig);
   model.summary.fail("the free run diverges");
   EXPECT_EQ(design(model, o).summary.status, Status::unusable);
 }
@@ -292,7 +292,7 @@ TEST(DesignUnit, DecisionsReadFindingsNotSentences) {
   DesignOptions o;
   o.hardware = data_sheet(rig);
   o.evaluations = 3;
-  const IdentifiedModel plain = identified(rig);
+  const IdentifiedModel plain = identified_rig(rig);
   const ControllerDesign before = design(plain, o);
   IdentifiedModel harmless = plain;
   harmless.summary.warn("a model of the rest does not predict the weather");
