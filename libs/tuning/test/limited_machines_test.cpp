@@ -1,6 +1,6 @@
 // Machines drawn at random with what data sheets of amplifiers and sensors state (testing/control/limited_machine.hpp):
 // sound actuators are not blamed, lost and reversed ones are found.
-// WHIRL_LIMITED_MACHINES=40 WHIRL_LIMITED_RUNS=40 print the table of docs/reliability.md.
+// WHIRL_LIMITED_MACHINES=40 WHIRL_LIMITED_RUNS=40 count more of them.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
