@@ -23,6 +23,8 @@ std::vector<ParameterInfo> make_common() {
       {"sensor_range", "m", "|x|, |y| at or above this is a saturated sensor", 12.4e-3, 1e-6, 1e3, 0, 0},
       {"jump_limit", "m", "largest plausible change of the displacement in one sample", 2e-3, 1e-9, 1e3, 0, 0},
       {"stale_limit", "1", "lost samples in a row after which the step faults", 100, 1, 1e9, 0, 0},
+      {"slew_limit", "N/s", "fastest change of the force that the actuator follows; 0: not stated", 0, 0, 1e12, 0, 0},
+      {"hysteresis", "N", "width of the actuator's hysteresis; 0: not stated", 0, 0, 1e6, 0, 0},
       {"supervise", "1", "1: the loop is watched while it runs and taken back in steps", 0, 0, 1, 0, 0},
       {"watch_level", "m", "rms of motion beside the synchronous one that supervision takes for growth", 100e-6, 1e-9,
        1, 0, 0},

@@ -43,6 +43,7 @@ void Controller::reset() noexcept {
   structure_.reset();
   history_.fill({});
   head_ = 0;
+  time_ = 0;
   state_ = {};
 }
 
@@ -78,6 +79,26 @@ DiskMotion Controller::at_effect(const DiskMotion& now, double omega) const noex
   return predict_motion(settings_.model, s, product(past(1), product(half, half)), quarter, 0.5 * h);
 }
 
+/// What amplifier and actuator can do, so that the history is the force that acts.
+void Controller::limit_force() noexcept {
+  state_.applied = state_.requested;
+  state_.saturated = false;
+  if (const double limit = settings_.force_limit; limit > 0) {
+    state_.applied = {std::clamp(state_.applied.real(), -limit, limit),
+                      std::clamp(state_.applied.imag(), -limit, limit)};
+    // A law that knows the limit asks for it up to rounding.
+    const double reached = (1 - 1e-12) * limit;
+    state_.saturated = std::abs(state_.applied.real()) >= reached || std::abs(state_.applied.imag()) >= reached;
+  }
+  if (settings_.slew_limit > 0) {
+    const double most = settings_.slew_limit * settings_.sample_time;
+    const std::complex<double> last = past(1) / settings_.gain, asked = state_.applied;
+    state_.applied = {std::clamp(asked.real(), last.real() - most, last.real() + most),
+                      std::clamp(asked.imag(), last.imag() - most, last.imag() + most)};
+    state_.saturated = state_.saturated || state_.applied != asked;
+  }
+}
+
 void Controller::watch(const EstimatorInput& in, std::complex<double> turn) noexcept {
   SupervisorInput w;
   w.z = in.z;
@@ -90,6 +111,7 @@ void Controller::watch(const EstimatorInput& in, std::complex<double> turn) noex
   w.d = (1 - last.blend) * state_.estimate.d + last.blend * product(last.eps, in.forcing);
   w.omega = in.omega;
   w.held = gate_.held;
+  w.gap = gap_;
   state_.supervision = supervisor_.step(w);
 }
 
@@ -101,6 +123,8 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   };
   if (!std::isfinite(m.beta) || !std::isfinite(m.omega) || !std::isfinite(m.omega_dot)) return fault(Fault::not_finite);
 
+  gap_ = m.t - time_ > 1.5 * settings_.sample_time;
+  time_ = m.t;
   const bool fresh = gate_.accept(m);
   state_.held = !fresh;
   state_.held_total = gate_.held_total;
@@ -160,16 +184,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   if (!std::isfinite(state_.requested.real()) || !std::isfinite(state_.requested.imag()))
     return fault(Fault::not_finite);
 
-  const double limit = settings_.force_limit;
-  state_.applied = state_.requested;
-  state_.saturated = false;
-  if (limit > 0) {
-    state_.applied = {std::clamp(state_.requested.real(), -limit, limit),
-                      std::clamp(state_.requested.imag(), -limit, limit)};
-    // A law that knows the limit asks for it up to rounding.
-    const double reached = (1 - 1e-12) * limit;
-    state_.saturated = std::abs(state_.applied.real()) >= reached || std::abs(state_.applied.imag()) >= reached;
-  }
+  limit_force();
   push(settings_.gain * state_.applied);
   return Command{state_.applied.real(), state_.applied.imag()};
 }

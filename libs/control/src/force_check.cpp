@@ -4,20 +4,12 @@
 #include <cmath>
 #include <cstring>
 
+#include "whirl/control/supervision_numbers.hpp"
+
 namespace whirl::control {
 namespace {
 
-// Times in s, rates in 1/s; the exported C has the same numbers (libs/deploy/c/force_check.c).
-constexpr double kPole = 600, kWindow = 8e-3, kLate = 8e-3, kBlock = 1e-3;
-constexpr double kShare = 0.7, kSlowPartOfStiffness = 0.02;  // of level, of k1
-constexpr double kEdge = 20e-3, kStart = 0.15, kSettled = 0.02, kLearn = 0.1, kRelearn = 0.03, kStuck = 0.15;
-constexpr double kUsual = 0.3, kRisen = 4;
-constexpr double kLeft = 0.2, kOther = 0.25, kBetter = 0.7, kLow = 0.35, kHigh = 1.4, kLeast = -1.6, kReverse = -0.4;
-constexpr double kLateLeast = 0.6, kLateMost = 1.6;
-constexpr double kTest = 16e-3, kTestWindow = 3e-3, kAgain = 0.5, kClear = 0.25, kUnlike = 0.5, kRemains = 0.3;
-constexpr double kProof = 1, kIdle = 0.25;
-constexpr double kTold = 6e-3, kSure = 0.3, kEarlyLeft = 0.3, kEarlyLow = 0.1;
-constexpr double kConfirm = 8e-3, kQuick = 2e-3, kUnclear = 17e-3, kEarly = 10e-3, kLarge = 2;
+namespace n = force_check;
 
 double real_part(std::complex<double> a, std::complex<double> b) noexcept {
   return a.real() * b.real() + a.imag() * b.imag();
@@ -26,28 +18,34 @@ double real_part(std::complex<double> a, std::complex<double> b) noexcept {
 }  // namespace
 
 ForceCheck::ForceCheck(const ForceCheckSettings& settings) noexcept : settings_(settings) {
-  threshold_ = kShare * settings.level * settings.model.k1;
-  const double ph = kPole * settings.sample_time;
+  const double h = settings.sample_time, seen = n::share * settings.level * settings.model.k1;
+  const double play = settings.hysteresis > 0 ? 0.5 * settings.hysteresis : n::play * settings.limit;
+  const double slew = settings.slew > 0 ? settings.slew : settings.limit / n::full;
+  threshold_ = seen * seen;
+  play_ = play * play;
+  least_ = std::max(threshold_, play_);
+  change_ = slew * h;
+  model_ = n::model * settings.model.k1;
+  const double ph = n::pole * h;
   share_ = ph / (1 + ph);
-  samples_ = std::max(1, static_cast<int>(std::min(std::floor(kBlock / settings.sample_time + 0.5), 1e6)));
-  blocks_ = std::clamp(static_cast<int>(std::min(std::floor(kLate / (samples_ * settings.sample_time) + 0.5), 1e6)), 1,
-                       kBlocks);
+  samples_ = std::max(1, static_cast<int>(std::min(std::floor(n::block / h + 0.5), 1e6)));
+  blocks_ = std::clamp(static_cast<int>(std::min(std::floor(n::late / (samples_ * h) + 0.5), 1e6)), 1, kBlocks);
   reset();
 }
 
 void ForceCheck::reset() noexcept {
   readings_ = summed_ = at_ = 0;
-  z1_ = z2_ = a1_ = forcing1_ = sum_ = now_ = fd_ = fx_ = fy_ = fl_ = 0;
+  z1_ = z2_ = a1_ = forcing1_ = sum_ = now_ = fd_ = fx_ = fy_ = fl_ = fz_ = zd_ = zx_ = zy_ = zl_ = 0;
   ring_.fill({});
   filter_ = {};
   eps_ = settings_.eps;
-  ff_ = dd_ = xx_ = yy_ = xd_ = yd_ = ll_ = ld_ = 0;
-  time_ = loud_ = gain_time_ = late_time_ = usual_ = 0;
+  ff_ = dd_ = xx_ = yy_ = xd_ = yd_ = ll_ = ld_ = zz_ = 0;
+  time_ = loud_ = gain_time_ = late_time_ = proof_time_ = unsure_ = usual_ = 0;
   test_ = before_ = 0;
-  tested_ = kAgain;
   suspected_ = ForceFault::none;
+  tested_ = n::again;
   proven_ = idle_ = 0;
-  changed_ = risen_ = false;
+  changed_ = risen_ = known_ = false;
 }
 
 // The same poles for all signals, side by side in vector registers.
@@ -78,16 +76,17 @@ std::complex<double> ForceCheck::delayed(Complex u) noexcept {
   return old;
 }
 
-void ForceCheck::collect(Complex y, Complex u, Complex late, Complex unbalance) noexcept {
-  const double w = std::min(settings_.sample_time / (test_ > 0 ? kTestWindow : kWindow), 1.0);
+void ForceCheck::collect(Complex y, Complex u, Complex late, Complex unbalance, Complex z) noexcept {
+  const double w = std::min(settings_.sample_time / (test_ > 0 && known_ ? n::known_window : n::window), 1.0);
   const auto mean = [w](auto& sum, auto value) { sum += w * (value - sum); };
-  const Complex d = y - u, back = std::conj(unbalance), l = late - u;
+  const Complex d = y - u, back = std::conj(unbalance), l = late - u, other = std::conj(z);
   now_ = product(d, back);  // times |f|^2 the eccentricity of this sample
   mean(ff_, std::norm(unbalance));
   mean(fd_, now_);
   mean(fx_, -u.real() * back);
   mean(fy_, product({0, -u.imag()}, back));
   mean(fl_, product(l, back));
+  mean(fz_, product(z, back));
   mean(dd_, std::norm(d));
   mean(xx_, u.real() * u.real());
   mean(yy_, u.imag() * u.imag());
@@ -95,75 +94,133 @@ void ForceCheck::collect(Complex y, Complex u, Complex late, Complex unbalance) 
   mean(yd_, -u.imag() * d.imag());
   mean(ll_, std::norm(l));
   mean(ld_, real_part(l, d));
+  mean(zz_, std::norm(z));
+  mean(zd_, product(d, other));
+  mean(zx_, -u.real() * other);
+  mean(zy_, product({0, -u.imag()}, other));
+  mean(zl_, product(l, other));
+}
+
+/// Least squares of r with the unbalance `e`, or with any: then each product loses what lies along the unbalance.
+ForceCheck::Fit ForceCheck::fit(Complex e, bool known, double share) const noexcept {
+  constexpr double kLeast = 1e-9;
+  const double ff = ff_ + kLeast, per = known ? 0 : 1 / ff;
+  const Complex fr = fd_ - ff_ * e;
+  // What an error of the stiffness explains.
+  const Complex back = std::conj(fz_), zr = zd_ - product(back, e) - per * product(back, fr);
+  const double zz = zz_ - per * std::norm(fz_) + 1e-30;
+  const double size = std::sqrt(std::norm(zr)), model = share * model_, most = model * zz;
+  const Complex q = (size > most ? model / size : 1 / zz) * zr;
+  const Complex zx = zx_ - per * product(back, fx_), zy = zy_ - per * product(back, fy_),
+                zl = zl_ - per * product(back, fl_);
+  Fit out;
+  out.rr =
+      dd_ - 2 * real_part(e, fd_) + std::norm(e) * ff_ - per * std::norm(fr) - 2 * real_part(q, zr) + std::norm(q) * zz;
+  const Complex fq = fr - product(q, fz_);
+  out.changed = out.rr - (known ? std::norm(fq) / ff : 0);
+  const double xr = xd_ - real_part(fx_, e) - per * real_part(fx_, fr) - real_part(zx, q);
+  const double yr = yd_ - real_part(fy_, e) - per * real_part(fy_, fr) - real_part(zy, q);
+  const double lr = ld_ - real_part(fl_, e) - per * real_part(fl_, fr) - real_part(zl, q);
+  const double xx = xx_ - per * std::norm(fx_) + kLeast, yy = yy_ - per * std::norm(fy_) + kLeast;
+  const double xy = -per * real_part(fx_, fy_), det = xx * yy - xy * xy + kLeast * kLeast;
+  const double px = (xr * yy - yr * xy) / det, py = (yr * xx - xr * xy) / det;
+  out.share = lr / (ll_ - per * std::norm(fl_) + kLeast);
+  out.gain_x = 1 - px, out.gain_y = 1 - py;
+  out.sure_x = det / yy, out.sure_y = det / xx;
+  out.by_gain = out.rr - px * xr - py * yr;
+  out.by_delay = out.rr - out.share * lr;
+  out.eps = e + (1 / ff) * (fq - px * fx_ - py * fy_);
+  return out;
+}
+
+/// A gain of this size fits, and that of a sound actuator does not.
+bool ForceCheck::lost(const Fit& f, double proof) const noexcept {
+  const double bound = proof * std::max(f.by_gain, 0.0) + play_;
+  const auto axis = [bound](double gain, double sure) {
+    const double short_of = n::sound - gain;
+    return gain < n::low && short_of * short_of * sure > bound;
+  };
+  return f.low() > n::least && f.high() < n::high && f.by_gain < f.by_delay &&
+         (axis(f.gain_x, f.sure_x) || axis(f.gain_y, f.sure_y));
 }
 
 ForceFault ForceCheck::judge() noexcept {
-  const double h = settings_.sample_time, least = 1e-9;
-  const bool starting = time_ < kStart;
-  // While starting, e is fitted with the rest: each product loses what lies along the unbalance. Later e is known.
-  const double ff = ff_ + least, per = starting ? 1 / ff : 0;
-  const Complex e = starting ? Complex{} : eps_;
-  const Complex fr = fd_ - ff_ * e;
-  const double rr = dd_ - 2 * real_part(e, fd_) + std::norm(e) * ff_ - per * std::norm(fr);
-  const bool loud = rr > threshold_ * threshold_;
-  usual_ += std::min(h / kUsual, 1.0) * (rr - usual_);
-  risen_ = rr > kRisen * usual_;
-  if (!loud && test_ <= 0) {
-    loud_ = gain_time_ = late_time_ = 0;
-    tested_ = std::min(tested_ + h, kAgain);
+  const double h = settings_.sample_time;
+  const bool starting = time_ < n::start;
+  // While starting, e is fitted with the rest. Later it is known.
+  const Fit f = starting ? fit({}, false) : fit(eps_, true);
+  usual_ += std::min(h / n::usual, 1.0) * (f.rr - usual_);
+  risen_ = f.rr > n::risen * usual_;
+  if (f.rr <= threshold_ && test_ <= 0) {
+    loud_ = gain_time_ = late_time_ = proof_time_ = 0;
+    tested_ = std::min(tested_ + h, n::again);
     return ForceFault::none;
   }
-  const double changed = rr - (starting ? 0 : std::norm(fr) / ff);
-  const double xr = xd_ - real_part(fx_, e) - per * real_part(fx_, fr);
-  const double yr = yd_ - real_part(fy_, e) - per * real_part(fy_, fr);
-  const double lr = ld_ - real_part(fl_, e) - per * real_part(fl_, fr);
-  const double xx = xx_ - per * std::norm(fx_) + least, yy = yy_ - per * std::norm(fy_) + least;
-  const double xy = -per * real_part(fx_, fy_), det = xx * yy - xy * xy + least * least;
-  const double px = (xr * yy - yr * xy) / det, py = (yr * xx - xr * xy) / det,
-               share = lr / (ll_ - per * std::norm(fl_) + least);
-  const double low = 1 - std::max(px, py), high = 1 - std::min(px, py);
-  const double by_gain = rr - px * xr - py * yr, by_delay = rr - share * lr;
+  if (test_ > 0) return test_ended(f);
 
-  if (test_ > 0) {
-    if (low < kReverse) suspected_ = ForceFault::reversed;
-    return test_ended(rr, fr, by_gain, changed);
-  }
-
-  loud_ = loud ? loud_ + h : 0;
-  const bool gain = loud && by_gain < kLeft * rr && by_gain < (low < kReverse ? 1 : kBetter) * changed &&
-                    by_gain < by_delay && low < kLow && low > kLeast && high < kHigh;
-  const bool late = loud && by_delay < kLeft * rr && by_delay < kBetter * changed && by_delay < by_gain &&
-                    share > kLateLeast && share < kLateMost;
+  loud_ += h;
+  tested_ = std::min(tested_ + h, n::again);
+  const double low = f.low();
+  const bool large = f.rr > n::large * n::large * least_, reversed = low < n::reverse;
+  const bool fault = f.rr > least_ && low > n::least && f.high() < n::high && f.by_gain < f.by_delay;
+  // What limits a force neither takes nearly all of it nor shifts nearly all of it in time.
+  const bool known = unsure_ <= 0, plain = n::plain * f.rr > std::min(f.by_gain, f.by_delay);
+  const bool gain = fault && low < n::low && f.by_gain < (starting && !known ? n::unlike : n::left) * f.rr &&
+                    (!known || f.by_gain < (reversed ? 1 : n::better) * f.changed);
+  const auto delayed = [this](const Fit& g, double left) {
+    return g.rr > least_ && g.by_delay < left * g.rr && g.by_delay < n::better * g.changed && g.by_delay < g.by_gain &&
+           g.share > n::late_least && g.share < n::late_most;
+  };
+  // A delay that explains nearly all needs no error of the stiffness beside it.
+  const bool late = (known || plain) && (delayed(f, n::left) || (!starting && delayed(fit(eps_, true, 0), n::alone)));
   gain_time_ = gain ? gain_time_ + h : 0;
   late_time_ = late ? late_time_ + h : 0;
-  const bool large = low < kReverse && rr > kLarge * kLarge * threshold_ * threshold_;
   // An unbalance that doubles under a force that cancels it looks like a lost actuator at first.
-  const bool other = changed < kOther * rr && low > kReverse;
-  const double confirm = starting ? kEarly : large ? kQuick : other ? kUnclear : kConfirm;
-  tested_ = std::min(tested_ + h, kAgain);
-  const bool open = !starting && tested_ >= kAgain && changed < kUnlike * rr;  // a test may tell more
-  const bool early = open && rr > kLarge * kLarge * threshold_ * threshold_ && by_gain < kEarlyLeft * rr &&
-                     by_gain < changed && by_gain < by_delay && low < kEarlyLow && low > kLeast && high < kHigh;
+  const bool other = f.changed < n::other * f.rr && !reversed;
+  // Nothing that limits a force turns its sign.
+  proof_time_ = reversed && fault && lost(starting ? f : fit({}, false), n::proof) ? proof_time_ + h : 0;
+  if (proof_time_ > n::confirm) return ForceFault::reversed;
+  const double confirm = starting ? n::early : large && reversed ? n::quick : other ? n::unclear : n::confirm;
+  const bool open = tested_ >= n::again && (!starting || !known);  // a test may tell more
+  const bool early = open && !starting && f.changed < n::unlike * f.rr && large && fault &&
+                     f.by_gain < n::early_left * f.rr && f.by_gain < f.changed && low < n::early_low;
   if (gain_time_ > confirm || early) {
-    const ForceFault found = low < kReverse ? ForceFault::reversed : ForceFault::lost;
-    if (!early && (!open || by_gain < kClear * changed)) return found;
-    suspected_ = found;
-    before_ = rr;
-    test_ = h;
+    const bool sure = starting ? (known || plain) && lost(f, n::proof) : known,
+               apart = f.by_gain < (f.changed >= n::unlike * f.rr ? n::better : n::clear) * f.changed;
+    suspected_ = reversed ? ForceFault::reversed : ForceFault::lost;
+    if (!early && sure && apart) return suspected_;
+    if (open) {
+      known_ = sure;
+      before_ = f.rr;
+      test_ = h;
+    }
     return ForceFault::none;
   }
-  return late_time_ > kConfirm ? ForceFault::late : ForceFault::none;
+  return late_time_ > n::confirm ? ForceFault::late : ForceFault::none;
+}
+
+/// The gain is negative, and none would fit worse.
+bool ForceCheck::turned(const Fit& f) const noexcept {
+  const double sure = f.gain_x < f.gain_y ? f.sure_x : f.sure_y, low = f.low();
+  return low < n::reverse && low * low * sure > n::proof * std::max(f.by_gain, 0.0) + play_;
 }
 
 /// The force ends while the unbalance turns on: soon one of them alone explains r. At the end, what is left of r
-/// without force is no fault of the force.
-ForceFault ForceCheck::test_ended(double rr, Complex fr, double by_gain, double changed) noexcept {
+/// without force is no fault of the force. Where what was delivered before is not known, the gains of what ended are
+/// all that counts.
+ForceFault ForceCheck::test_ended(const Fit& f) noexcept {
   test_ += settings_.sample_time;
-  const bool told = test_ > kTold && std::min(by_gain, changed) < kSure * std::max(by_gain, changed);
-  if (!told && test_ < kTest) return ForceFault::none;
-  test_ = tested_ = loud_ = gain_time_ = late_time_ = 0;
-  if (told ? by_gain < changed : rr < kRemains * before_) return suspected_;
-  eps_ += (1 / (ff_ + 1e-9)) * fr;
+  if (f.low() < n::reverse) suspected_ = ForceFault::reversed;
+  if (test_ <= n::told) return ForceFault::none;
+  const Fit free = fit({}, false);
+  const double by_gain = std::max(f.by_gain, 0.0), changed = std::max(free.rr, 0.0);
+  const bool missing = !known_ && lost(free, settings_.slew > 0 ? n::proof : n::blind_proof),
+             told = known_ && std::min(by_gain, changed) < n::told_by * std::max(by_gain, changed);
+  if (!missing && !told && test_ < (known_ ? n::known_test : n::test)) return ForceFault::none;
+  test_ = tested_ = loud_ = gain_time_ = late_time_ = proof_time_ = 0;
+  if (missing) return turned(free) ? ForceFault::reversed : ForceFault::lost;
+  if (told ? by_gain < changed : known_ && f.rr < n::remains * before_) return suspected_;
+  eps_ = free.eps;
   changed_ = true;
   return ForceFault::none;
 }
@@ -171,20 +228,17 @@ ForceFault ForceCheck::test_ended(double rr, Complex fr, double by_gain, double 
 /// Until the force has been seen to act: if the rotor moves as the unbalance designed with does without it, it is let
 /// go, to see whether anything changes.
 void ForceCheck::prove() noexcept {
-  const double loud = threshold_ * threshold_, least = 1e-9;
-  if (time_ < kStart || test_ > 0 || proven_ > kProof || xx_ + yy_ <= loud) return;
-  const Complex e = settings_.eps;
-  const double rr = dd_ - 2 * real_part(e, fd_) + std::norm(e) * ff_;
-  if (rr < 0.5 * (xx_ + yy_)) proven_ += settings_.sample_time;
-  const double xr = xd_ - real_part(fx_, e), yr = yd_ - real_part(fy_, e);
-  const double px = xr / (xx_ + least), py = yr / (yy_ + least);
+  if (time_ < n::start || test_ > 0 || proven_ > n::proof_time || xx_ + yy_ <= least_) return;
+  const Fit f = fit(settings_.eps, true);
+  if (f.rr < 0.5 * (xx_ + yy_)) proven_ += settings_.sample_time;
   const bool idle =
-      rr > loud && rr - px * xr - py * yr < kLeft * rr && std::abs(1 - px) < kIdle && std::abs(1 - py) < kIdle;
+      f.rr > least_ && f.by_gain < n::left * f.rr && std::abs(f.gain_x) < n::idle && std::abs(f.gain_y) < n::idle;
   idle_ = idle ? idle_ + settings_.sample_time : 0;
-  if (idle_ <= kConfirm || tested_ < kAgain) return;
-  eps_ = e;
+  if (idle_ <= n::confirm || tested_ < n::again) return;
+  eps_ = settings_.eps;
   suspected_ = ForceFault::lost;
-  before_ = rr;
+  known_ = true;
+  before_ = f.rr;
   test_ = settings_.sample_time;
 }
 
@@ -192,16 +246,19 @@ void ForceCheck::prove() noexcept {
 // out of it.
 void ForceCheck::follow() noexcept {
   const Signals& f = filter_.back();
-  const double slow = kSlowPartOfStiffness * settings_.model.k1, size = f[6] * f[6] + f[7] * f[7];
-  const bool starting = kStart > time_, stuck = !risen_ && kStuck < loud_;
+  const double slow = n::slow * settings_.model.k1, size = f[6] * f[6] + f[7] * f[7];
+  const bool starting = n::start > time_, stuck = !risen_ && n::stuck < loud_;
   if (test_ > 0 || size <= slow * slow || (loud_ > 0 && !starting && !stuck)) return;
-  const double tau = starting ? kSettled : stuck ? kRelearn : kLearn;
+  const double tau = starting ? n::settled : stuck ? n::relearn : n::learn;
   eps_ += std::min(settings_.sample_time / tau, 1.0) * ((1 / size) * now_ - eps_);
 }
 
-ForceFault ForceCheck::step(Complex z, bool fresh, Complex a, Complex forcing) noexcept {
+ForceFault ForceCheck::step(Complex z, bool fresh, Complex a, Complex forcing, bool limited) noexcept {
   const double h = settings_.sample_time;
   const Complex u = 0.5 * (a + a1_);
+  const bool slewing =
+      change_ > 0 && (std::abs(a.real() - a1_.real()) > change_ || std::abs(a.imag() - a1_.imag()) > change_);
+  unsure_ = limited || slewing ? n::unsure + settings_.delay : std::max(unsure_ - h, 0.0);
   changed_ = false;
   a1_ = a;
   const Complex late = delayed(u), before = forcing1_;
@@ -215,12 +272,13 @@ ForceFault ForceCheck::step(Complex z, bool fresh, Complex a, Complex forcing) n
     // Exact for a force that is held: the mean of both intervals is the second difference.
     const Complex second = (1 / (h * h)) * (z - 2.0 * z1_ + z2_);
     const Complex y = second - settings_.model.acceleration(z1_, (0.5 / h) * (z - z2_));
-    Signals all{y.real(), y.imag(), u.real(), u.imag(), late.real(), late.imag(), before.real(), before.imag()};
+    Signals all{y.real(),    y.imag(),      u.real(),      u.imag(),   late.real(),
+                late.imag(), before.real(), before.imag(), z1_.real(), z1_.imag()};
     low_pass(all);
     // When the first force begins to act is known to some ms only: its edge is no evidence, what follows is.
     if (time_ > 0 || std::norm(u) > 0) time_ = std::min(time_ + h, 1.0);
-    if (time_ > kEdge) {
-      collect({all[0], all[1]}, {all[2], all[3]}, {all[4], all[5]}, {all[6], all[7]});
+    if (time_ > n::edge) {
+      collect({all[0], all[1]}, {all[2], all[3]}, {all[4], all[5]}, {all[6], all[7]}, {all[8], all[9]});
       prove();
       out = judge();
       follow();

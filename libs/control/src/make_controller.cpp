@@ -55,6 +55,8 @@ Controller make_controller(const ControllerDesign& design) {
   s.delay = design.delay;
   s.sensor_delay = v.at("sensor_delay");
   s.force_limit = design.force_limit;
+  s.slew_limit = v.at("slew_limit");
+  s.hysteresis = v.at("hysteresis");
   s.cancel = v.at("cancel");
   s.feedforward = design.feedforward;
   s.advance = v.at("advance") > 0;
@@ -66,7 +68,8 @@ Controller make_controller(const ControllerDesign& design) {
   s.supervise = v.at("supervise") > 0;
   s.carried = !s.feedforward && !law_entry(design.law).cancels_synchronous;
   const Supervisor supervisor({s.model, s.eps, s.sample_time, v.at("watch_level"), v.at("watch_bandwidth"),
-                               s.feedforward && !estimator_entry(design.estimator).finds_disturbance, s.carried});
+                               s.feedforward && !estimator_entry(design.estimator).finds_disturbance, s.carried,
+                               s.delay, s.gain * s.force_limit, s.gain * s.slew_limit, s.gain * s.hysteresis});
   return Controller(s, estimator_entry(design.estimator).make(design, v), law_entry(design.law).make(design, v), gate,
                     make_runout(v), supervisor, make_structure(v));
 }

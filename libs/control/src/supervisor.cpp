@@ -54,7 +54,9 @@ std::string supervision_text(std::uint32_t word) {
 }
 
 Supervisor::Supervisor(const SupervisorSettings& settings) noexcept
-    : settings_(settings), check_({settings.model, settings.eps, settings.sample_time, settings.level}) {
+    : settings_(settings),
+      check_({settings.model, settings.eps, settings.sample_time, settings.level, settings.delay, settings.limit,
+              settings.slew, settings.hysteresis}) {
   reset();
 }
 
@@ -195,7 +197,8 @@ void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
 }
 
 void Supervisor::judge_force(const SupervisorInput& in) noexcept {
-  const ForceFault fault = check_.step(in.z, in.fresh, in.a, in.forcing);
+  if (in.gap) check_.interrupt();
+  const ForceFault fault = check_.step(in.z, in.fresh, in.a, in.forcing, in.saturated);
   if (check_.let_go()) {
     reasons_ |= kForceTested;
     wait_ = kTransient;

@@ -169,6 +169,29 @@ static whirl_output whirl_no_output(void) {
   return out;
 }
 
+/* What amplifier and actuator can do. */
+static void whirl_limit_force(const whirl_state *state, whirl_output *out) {
+  const whirl_params *const p = &state->params;
+  out->ux = out->requested_ux;
+  out->uy = out->requested_uy;
+  if (p->force_limit > R(0.0)) {
+    out->ux = whirl_clamp(out->ux, -p->force_limit, p->force_limit);
+    out->uy = whirl_clamp(out->uy, -p->force_limit, p->force_limit);
+    /* A law that knows the limit asks for it up to rounding. */
+    out->saturated = M(fmax)(M(fabs)(out->ux), M(fabs)(out->uy)) >= (/*@reached@*/ * p->force_limit);
+  }
+  if (p->slew_limit > R(0.0)) {
+    const whirl_real most = p->slew_limit * p->sample_time;
+    const whirl_complex last = whirl_past(state, 1);
+    const whirl_real ux = whirl_clamp(out->ux, (last.re / p->gain) - most, (last.re / p->gain) + most);
+    const whirl_real uy = whirl_clamp(out->uy, (last.im / p->gain) - most, (last.im / p->gain) + most);
+    const bool slower = (M(fabs)(ux - out->ux) > R(0.0)) || (M(fabs)(uy - out->uy) > R(0.0));
+    out->saturated = out->saturated || slower;
+    out->ux = ux;
+    out->uy = uy;
+  }
+}
+
 /* One sample time of the controller. */
 static whirl_status whirl_one(whirl_state *state, const whirl_input *in, whirl_output *out) {
   const whirl_params *const p = &state->params;
@@ -265,14 +288,7 @@ static whirl_status whirl_one(whirl_state *state, const whirl_input *in, whirl_o
   }
   out->requested_ux = ax / p->gain;
   out->requested_uy = ay / p->gain;
-  out->ux = out->requested_ux;
-  out->uy = out->requested_uy;
-  if (p->force_limit > R(0.0)) {
-    out->ux = whirl_clamp(out->ux, -p->force_limit, p->force_limit);
-    out->uy = whirl_clamp(out->uy, -p->force_limit, p->force_limit);
-    /* A law that knows the limit asks for it up to rounding. */
-    out->saturated = M(fmax)(M(fabs)(out->ux), M(fabs)(out->uy)) >= (/*@reached@*/ * p->force_limit);
-  }
+  whirl_limit_force(state, out);
   state->saturated = out->saturated;
   whirl_push(state, whirl_scale(p->gain, whirl_make(out->ux, out->uy)));
   return WHIRL_OK;

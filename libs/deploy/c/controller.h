@@ -44,7 +44,7 @@ typedef struct {
   whirl_real y;            /* m */
   whirl_real vx;           /* m/s */
   whirl_real vy;           /* m/s */
-  bool saturated;          /* the force is at its limit */
+  bool saturated;          /* the force is at its limit or changes as fast as it may */
   bool held;               /* the sample was lost or not plausible, the last good one held */
 #if HAS_SUPERVISION
   uint32_t supervision;    /* status word: WHIRL_WATCH_ bits, 0 while nothing is wrong */
@@ -68,7 +68,7 @@ typedef struct {
 #define WHIRL_WATCH_FORCE_LOST 16384U      /* the rotor does not follow the force of an axis */
 #define WHIRL_WATCH_FORCE_REVERSED 32768U  /* it moves against the force of an axis */
 #define WHIRL_WATCH_FORCE_LATE 65536U      /* the force acts about 8 ms later than designed for */
-#define WHIRL_WATCH_FORCE_TESTED 131072U   /* it was let go for 8 to 16 ms, to tell it from another unbalance */
+#define WHIRL_WATCH_FORCE_TESTED 131072U   /* it was let go for 6 to 24 ms, to tell it from another unbalance */
 
 #endif
 typedef enum {
@@ -95,6 +95,22 @@ typedef struct {
 } whirl_motion;
 
 #if HAS_SUPERVISION
+/* What explains the residual of the check of the force: r^2 and what is left of it by another unbalance, gains, delay. */
+typedef struct {
+  whirl_real rr;
+  whirl_real changed;
+  whirl_real by_gain;
+  whirl_real by_delay;
+  whirl_real gain_x;
+  whirl_real gain_y;
+  whirl_real low;
+  whirl_real high;
+  whirl_real sure_x; /* r^2 for each squared difference of a gain */
+  whirl_real sure_y;
+  whirl_real share; /* of the delay */
+  whirl_complex eps;
+} whirl_force_fit;
+
 /* Memory of the check that the rotor follows the force. */
 #define WHIRL_BLOCKS 16
 typedef struct {
@@ -113,12 +129,18 @@ typedef struct {
   whirl_complex u[3];
   whirl_complex late[3];
   whirl_complex unbalance[3];
+  whirl_complex z[3];
   whirl_complex eps;
   whirl_complex now;
   whirl_complex fd;
   whirl_complex fx;
   whirl_complex fy;
   whirl_complex fl;
+  whirl_complex fz;
+  whirl_complex zd;
+  whirl_complex zx;
+  whirl_complex zy;
+  whirl_complex zl;
   whirl_real ff;
   whirl_real dd;
   whirl_real xx;
@@ -127,12 +149,15 @@ typedef struct {
   whirl_real yd;
   whirl_real ll;
   whirl_real ld;
+  whirl_real zz;
   whirl_real time;
   whirl_real loud;
   whirl_real usual; /* r^2 of the last 0.3 s */
   bool risen;
   whirl_real gain_time;
   whirl_real late_time;
+  whirl_real proof_time;
+  whirl_real unsure; /* s in which what is delivered is not known */
   whirl_real test; /* s since the force was let go; 0: it acts */
   whirl_real tested;
   whirl_real before;
@@ -140,6 +165,7 @@ typedef struct {
   whirl_real idle;   /* s in which it seemed to do nothing */
   uint32_t suspected;
   bool changed;
+  bool known;
 } whirl_force_check;
 
 /* Memory of the supervision. */

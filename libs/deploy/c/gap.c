@@ -69,6 +69,11 @@ whirl_status whirl_step_after(whirl_state *state, const whirl_input *in, int32_t
     status = whirl_fault(state, WHIRL_GAP);
   } else {
     whirl_fill(state, in, missed);
+#if HAS_SUPERVISION
+    if ((whirl_real)missed > state->params.max_fill) {
+      state->check.readings = 0; /* no acceleration across a gap */
+    }
+#endif
     status = whirl_one(state, in, out);
     state->before = *in;
     if (missed > 0) {

@@ -267,7 +267,7 @@ static void whirl_watch_step(whirl_state *state, whirl_complex z, bool fresh, wh
   w->time = M(fmin)(w->time + h, R(1.0));
   whirl_watch_feedforward(state, fresh, forcing);
   whirl_watch_motion(state, forcing, omega);
-  force = whirl_force_check_step(state, z, fresh, a, forcing);
+  force = whirl_force_check_step(state, z, fresh, a, forcing, state->saturated);
   if (state->check.test > R(0.0)) {
     w->reasons |= WHIRL_WATCH_FORCE_TESTED;
     w->wait = R(0.12);

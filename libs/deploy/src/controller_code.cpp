@@ -10,6 +10,7 @@
 #include "template.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/method.hpp"
+#include "whirl/control/supervision_numbers.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/deploy/code.hpp"
 #include "written.hpp"
@@ -159,6 +160,9 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
   }
   if (values.at("supervise") > 0) {
     on.insert("SUPERVISION");
+#define WHIRL_NUMBER(name, value) s.slots["n_" #name] = c_literal(value, options.single_precision);
+    WHIRL_FORCE_CHECK_NUMBERS(WHIRL_NUMBER)
+#undef WHIRL_NUMBER
     if (!d.feedforward && !law.cancels_synchronous) on.insert("CARRIED");
   }
   if (d.feedforward && !estimator.finds_disturbance) on.insert("FIXED");

@@ -63,6 +63,8 @@ struct BatchRig<Lanes>::State {
   long ticks_done = 0, steps = 0, captured = 0;
   Lane x, y, vx, vy;            // rotor
   Lane target_x, target_y;      // force the actuators tend to, N
+  Lane slewed_x, slewed_y;      // what the amplifiers follow, N
+  Lane played_x, played_y;      // after hysteresis, N
   Lane distance_x, distance_y;  // force minus target, N
   Lane force0_x, force0_y;      // force at the last tick, N
   std::vector<Mode> modes;
@@ -116,6 +118,7 @@ struct BatchRig<Lanes>::State {
       const rotor::LateralState<double>& s = own[static_cast<std::size_t>(lane)]->start.disk;
       x[lane] = s.x, y[lane] = s.y, vx[lane] = s.vx, vy[lane] = s.vy;
     }
+    slewed_x = slewed_y = played_x = played_y = {};
     target_x = target_y = distance_x = distance_y = force0_x = force0_y = {};
     for (std::size_t i = 0; i < modes.size(); ++i) {
       modes[i] = {};
@@ -223,7 +226,16 @@ struct BatchRig<Lanes>::State {
         volts = clamped(volts, a.voltage_limit);
         return (t.volt_lsb > 0 ? quantised(volts, t.volt_lsb) : volts) * a.force_per_volt;
       };
-      const Vector u = force(c.x), v = force(c.y);
+      const auto delivered = [&](Vector asked, Lane& follows, Lane& last) {
+        asked = clamped(asked, a.force_limit());
+        const Vector before = load(&follows.v[0] + lane);
+        if (a.slew > 0) asked = before + clamped(asked - before, a.slew / t.parameters.timing.rate);
+        store(&follows.v[0] + lane, asked);
+        if (a.hysteresis > 0) asked += clamped(load(&last.v[0] + lane) - asked, 0.5 * a.hysteresis);
+        store(&last.v[0] + lane, asked);
+        return asked;
+      };
+      const Vector u = delivered(force(c.x), slewed_x, played_x), v = delivered(force(c.y), slewed_y, played_y);
       const Vector fx = load(&target_x.v[0] + lane) + load(&distance_x.v[0] + lane);
       const Vector fy = load(&target_y.v[0] + lane) + load(&distance_y.v[0] + lane);
       const Vector gain = load(&actuator_gain.v[0] + lane);

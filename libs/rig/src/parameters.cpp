@@ -211,6 +211,10 @@ void RigParameters::check() const {
   require_range("actuator.bandwidth", actuator.bandwidth, 0, 1e6, "Hz");
   require_range("actuator.delay_samples", actuator.delay_samples, 0, 30);
   require_range("actuator.extra_delay_samples", actuator.extra_delay_samples, 0, 30);
+  require_range("actuator.current_limit", actuator.current_limit, 0, 1e6, "A");
+  require_range("actuator.force_per_ampere", actuator.force_per_ampere, 0, 1e9, "N/A");
+  require_range("actuator.slew", actuator.slew, 0, 1e12, "N/s");
+  require_range("actuator.hysteresis", actuator.hysteresis, 0, 1e6, "N");
   require_range("encoder.counts", encoder.counts, 0, 1e9);
   positive("encoder.bandwidth", encoder.bandwidth, timing.rate / 20, "Hz");
   positive("timing.rate", timing.rate, 1e6, "Hz");

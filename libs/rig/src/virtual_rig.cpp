@@ -30,8 +30,11 @@ struct VirtualRig::State {
   rotor::LateralInput<double> force{};    // acting now, N
   rotor::LateralInput<double> target{};   // force it tends to
   rotor::LateralInput<double> applied{};  // after converter and limit, in sensor axes, nominal gain
+  rotor::LateralInput<double> slewed{};   // what the amplifier follows, N
   std::vector<ModeState> modes;
   std::array<rotor::LateralInput<double>, kRigHistory> commands{};
+  rt::SynchronousRelease held{1e-3};
+  long written = -1;  // tick of the last command
   struct Reading {
     double x = 0, y = 0;
     bool valid = true;
@@ -48,9 +51,10 @@ struct VirtualRig::State {
     normal = Normal(seed);
     measurement = {};
     tick = steps = captured = 0;
+    written = -1;
     rotor = tables->start.disk;
     tilt = tables->start.tilt;
-    force = target = applied = {};
+    force = target = applied = slewed = {};
     for (std::size_t i = 0; i < modes.size(); ++i) {
       const double q = tables->parameters.modes[i].initial;
       modes[i] = {q, 0, q, 0};
@@ -128,6 +132,20 @@ struct VirtualRig::State {
     return tables->volt_lsb > 0 ? std::nearbyint(volts / tables->volt_lsb) * tables->volt_lsb : volts;
   }
 
+  // What amplifier and actuator make of a force: limit of the current, slew, hysteresis about what acted last.
+  double delivered(double asked, double& follows, double last) const noexcept {
+    const RigActuator& a = tables->parameters.actuator;
+    const double limit = a.force_limit();
+    asked = asked > limit ? limit : asked < -limit ? -limit : asked;
+    if (a.slew > 0) {
+      const double most = a.slew / tables->parameters.timing.rate;
+      asked = asked > follows + most ? follows + most : asked < follows - most ? follows - most : asked;
+    }
+    follows = asked;
+    const double half = 0.5 * a.hysteresis;
+    return half > 0 ? (last > asked + half ? asked + half : last < asked - half ? asked - half : last) : asked;
+  }
+
   // The command that acts from this tick on, through converter, amplifier and actuator axes.
   void update_target() noexcept {
     const RigActuator& a = tables->parameters.actuator;
@@ -137,7 +155,8 @@ struct VirtualRig::State {
     }
     const rotor::LateralInput<double> command =
         tick >= delay ? commands[slot(tick - delay)] : rotor::LateralInput<double>{};
-    double u = to_volts(command.x) * a.force_per_volt, v = to_volts(command.y) * a.force_per_volt;
+    double u = delivered(to_volts(command.x) * a.force_per_volt, slewed.x, applied.x);
+    double v = delivered(to_volts(command.y) * a.force_per_volt, slewed.y, applied.y);
     if (!run.faults.empty()) {
       if (active(RigFault::actuator_loss, RigAxis::x)) u = 0;
       if (active(RigFault::actuator_loss, RigAxis::y)) v = 0;
@@ -166,6 +185,11 @@ struct VirtualRig::State {
   void advance() noexcept {
     const RigTables& t = *tables;
     if (tick >= t.angle->ticks) return;
+    if (tick > written && written >= 0 && t.parameters.actuator.turns_held_force) {
+      held.turn(1);
+      const Command u = held.force(1);
+      commands[slot(tick)] = {u.ux, u.uy};
+    }
     update_target();
     const int n = t.parameters.timing.substeps;
     const rotor::LateralInput<double> force0 = force;
@@ -227,7 +251,16 @@ VirtualRig& VirtualRig::operator=(VirtualRig&&) noexcept = default;
 VirtualRig::~VirtualRig() = default;
 
 Measurement VirtualRig::read() const noexcept { return state_->measurement; }
-void VirtualRig::write(const Command& c) noexcept { state_->commands[State::slot(state_->tick)] = {c.ux, c.uy}; }
+void VirtualRig::write(const Command& c) noexcept {
+  state_->commands[State::slot(state_->tick)] = {c.ux, c.uy};
+  if (state_->tables->parameters.actuator.turns_held_force) state_->written = -1;
+}
+bool VirtualRig::hold(const rt::SynchronousRelease& force) noexcept {
+  if (!state_->tables->parameters.actuator.turns_held_force) return false;
+  state_->held = force;
+  state_->written = state_->tick;
+  return true;
+}
 void VirtualRig::advance() noexcept { state_->advance(); }
 bool VirtualRig::done() const noexcept { return state_->tick >= state_->tables->angle->ticks; }
 double VirtualRig::time() const noexcept { return state_->measurement.t; }

@@ -47,6 +47,9 @@ TEST(BatchRigProperty, LanesOfTheFullRigEqualTheScalarRig) {
   p.laser.latency = 2.5e-3;  // readings of earlier ticks
   p.laser.rate = 500;        // each reading serves two ticks
   EXPECT_LT((worst_difference<16>(p, 1500)), 1e-9);
+  p.actuator.slew = 1500, p.actuator.hysteresis = 0.8;
+  p.actuator.current_limit = 6, p.actuator.force_per_ampere = 2;
+  EXPECT_LT((worst_difference<8>(p, 1500)), 1e-9);
 }
 
 TEST(BatchRigProperty, LanesOfTheIdealRotorEqualTheScalarRig) {

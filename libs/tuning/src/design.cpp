@@ -343,6 +343,8 @@ ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignO
   d.force_limit = options.hardware.actuator.force_limit();
   d.feedforward = options.feedforward;
   d.parameters["sensor_delay"] = options.hardware.laser.latency;
+  if (options.hardware.actuator.slew > 0) d.parameters["slew_limit"] = options.hardware.actuator.slew;
+  if (options.hardware.actuator.hysteresis > 0) d.parameters["hysteresis"] = options.hardware.actuator.hysteresis;
   d.parameters["sensor_range"] = 0.49 * options.hardware.laser.range;
   add_structure(d, options.hardware.modes);
   const control::EstimatorEntry& estimator = control::estimator_entry(options.estimator);

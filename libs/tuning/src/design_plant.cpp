@@ -29,6 +29,11 @@ Hardware data_sheet(const rig::RigParameters& rig) {
   h.actuator.force_per_volt = rig.actuator.force_per_volt;
   h.actuator.bandwidth = rig.actuator.bandwidth;
   h.actuator.delay_samples = rig.actuator.delay_samples;
+  h.actuator.current_limit = rig.actuator.current_limit;
+  h.actuator.force_per_ampere = rig.actuator.force_per_ampere;
+  h.actuator.slew = rig.actuator.slew;
+  h.actuator.hysteresis = rig.actuator.hysteresis;
+  h.actuator.turns_held_force = rig.actuator.turns_held_force;
   h.actuator.gain_error = h.actuator.axis_rotation = 0;
   h.encoder = rig.encoder;
   h.timing = rig.timing;

@@ -21,7 +21,7 @@ struct ControllerState {
   std::complex<double> s;          ///< sliding variables s_x + i s_y, m/s
   std::complex<double> requested;  ///< force before the limit, N
   std::complex<double> applied;    ///< force after the limit, N
-  bool saturated = false;          ///< the force is at its limit
+  bool saturated = false;          ///< the force is at its limit or changes as fast as it may
   bool held = false;               ///< the sample was lost and the last good one held
   long held_total = 0;
   Supervision supervision;  ///< of this step; neutral without supervision
@@ -36,6 +36,8 @@ struct ControllerSettings {
   double delay = 0;         ///< sensor + computation + lag, s
   double sensor_delay = 0;  ///< s
   double force_limit = 0;   ///< N; 0 = none
+  double slew_limit = 0;    ///< of the force, N/s; 0 = none
+  double hysteresis = 0;    ///< width of that of the actuator, N; 0 = not known
   double cancel = 1;        ///< fraction of the linear stiffness that model-based laws cancel
   bool feedforward = true;  ///< the disturbance estimate (or the model's unbalance) is part of f
   bool advance = true;      ///< disturbance at the time of effect
@@ -75,6 +77,7 @@ class Controller {
   std::complex<double> past(int samples) const noexcept;  ///< control acceleration sent `samples` ticks ago (>= 1)
   DiskMotion at_effect(const DiskMotion& now, double omega) const noexcept;
   void push(std::complex<double> acceleration) noexcept;
+  void limit_force() noexcept;
   void watch(const EstimatorInput& in, std::complex<double> turn) noexcept;
 
   ControllerSettings settings_;
@@ -87,6 +90,8 @@ class Controller {
   bool has_runout_;
   int whole_delay_;  ///< delay = (whole_delay_ + fraction_) h
   double fraction_;
+  double time_ = 0;   ///< of the last sample, s
+  bool gap_ = false;  ///< ticks were left out before this one
   std::array<std::complex<double>, kMaxDelay + 3> history_{};
   int head_ = 0;
   ControllerState state_;

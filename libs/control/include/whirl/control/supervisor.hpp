@@ -29,7 +29,7 @@ enum SupervisionBit : std::uint32_t {
   kForceLost = 16384,        ///< the rotor does not follow the force of an axis
   kForceReversed = 32768,    ///< it moves against the force of an axis
   kForceLate = 65536,        ///< the force acts about 8 ms later than designed for
-  kForceTested = 131072,     ///< it was let go for 8 to 16 ms, to tell a wrong force from another unbalance
+  kForceTested = 131072,     ///< it was let go for 6 to 24 ms, to tell a wrong force from another unbalance
 };
 
 /// Reasons that say that a design does not hold its rotor.
@@ -46,6 +46,8 @@ struct SupervisorSettings {
   double bandwidth = 100;  ///< poles of the observer of the unbalance, 1/s
   bool fixed = true;       ///< the feedforward is from `eps`, which is compared with the unbalance that acts
   bool carried = false;    ///< the law has no force of the speed of its own: its feedback carries the unbalance
+  double delay = 0;        ///< of the loop, s
+  double limit = 0, slew = 0, hysteresis = 0;  ///< of the force, as accelerations: ForceCheckSettings
 };
 
 /// What the supervisor sees of one sample, at the time the displacement was taken.
@@ -59,6 +61,7 @@ struct SupervisorInput {
   std::complex<double> d;        ///< unbalance acceleration that the law is given, m/s^2
   double omega = 0;              ///< rad/s
   long held = 0;                 ///< samples lost in a row
+  bool gap = false;              ///< ticks were left out since the sample before
 };
 
 /// What it decides. The acceleration sent is (1 - own) (-d + gain (a + d)) + own (damper - d), a what the law asks for
@@ -100,7 +103,7 @@ struct Supervision {
 ///   quiet, the feedforward from a fixed eccentricity follows the estimate then, too. Quiet for a second, the law gets
 ///   its gain back, once in a run.
 /// - Where the rotor does not follow the force (ForceCheck) there is nothing left to lower: it trips at once. Where
-///   another unbalance would look the same, the force is let go for 8 to 16 ms first; when it is the unbalance, the
+///   another unbalance would look the same, the force is let go for 6 to 24 ms first; when it is the unbalance, the
 ///   feedforward follows it and the law goes on.
 /// - Without readings the feedback fades within 10 ms; it returns with them.
 /// Other steps stay until `reset`, but for those of a lost sensor and of saturation.

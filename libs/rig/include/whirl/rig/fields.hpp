@@ -6,6 +6,24 @@
 
 namespace whirl::rig {
 
+/// What the data sheets of converter, amplifier and actuator state, and what they do not.
+template <class Actuator, class Visitor>
+void visit_actuator(Actuator& a, Visitor& visit) {
+  visit("actuator.voltage_limit_V", a.voltage_limit, 1.0);
+  visit("actuator.bits", a.bits, 1.0);
+  visit("actuator.force_N_V", a.force_per_volt, 1.0);
+  visit("actuator.gain_error_percent", a.gain_error, 1e-2);
+  visit("actuator.axis_rotation_deg", a.axis_rotation, kRadPerDegree);
+  visit("actuator.bandwidth_hz", a.bandwidth, 1.0);
+  visit("actuator.delay_samples", a.delay_samples, 1.0);
+  visit("actuator.extra_delay_samples", a.extra_delay_samples, 1.0);
+  visit("actuator.current_limit_A", a.current_limit, 1.0);
+  visit("actuator.force_N_A", a.force_per_ampere, 1.0);
+  visit("actuator.slew_N_s", a.slew, 1.0);
+  visit("actuator.hysteresis_N", a.hysteresis, 1.0);
+  visit("actuator.turns_held_force", a.turns_held_force, 1.0);
+}
+
 /// Calls visitor(key, field, unit) for every scalar of the rig, so that files can read and write it: `key`
 /// ends in the unit's suffix ("laser.noise_um", "rotor.stiffness_N_m"), the field is a double&, int& or bool&
 /// in SI, and file value * unit = SI value (unit 1 for int and bool). Modes are visited as modes.1.*,
@@ -56,14 +74,7 @@ void visit_fields(Parameters& p, Visitor&& visit) {
   visit("laser.runout_phase_1x_rad", p.laser.runout_phase_1x, 1.0);
   visit("laser.runout_phase_2x_rad", p.laser.runout_phase_2x, 1.0);
   visit("laser.runout_phase_3x_rad", p.laser.runout_phase_3x, 1.0);
-  visit("actuator.voltage_limit_V", p.actuator.voltage_limit, 1.0);
-  visit("actuator.bits", p.actuator.bits, 1.0);
-  visit("actuator.force_N_V", p.actuator.force_per_volt, 1.0);
-  visit("actuator.gain_error_percent", p.actuator.gain_error, kPercent);
-  visit("actuator.axis_rotation_deg", p.actuator.axis_rotation, kRadPerDegree);
-  visit("actuator.bandwidth_hz", p.actuator.bandwidth, 1.0);
-  visit("actuator.delay_samples", p.actuator.delay_samples, 1.0);
-  visit("actuator.extra_delay_samples", p.actuator.extra_delay_samples, 1.0);
+  visit_actuator(p.actuator, visit);
   visit("encoder.counts", p.encoder.counts, 1.0);
   visit("encoder.bandwidth_hz", p.encoder.bandwidth, 1.0);
   visit("encoder.profile_angle", p.encoder.profile_angle, 1.0);

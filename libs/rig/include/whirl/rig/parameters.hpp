@@ -103,8 +103,19 @@ struct RigActuator {
   double bandwidth = 200;                             ///< first-order lag, Hz; 0 = none
   int delay_samples = 1;        ///< computation: a command acts this many ticks after its measurement
   int extra_delay_samples = 0;  ///< further delay, e.g. of a bus
+  // Further limits of amplifier and actuator, as their data sheets state them; 0 = not stated.
+  double current_limit = 0;     ///< of the amplifier, +- A
+  double force_per_ampere = 0;  ///< force constant, N/A
+  double slew = 0;              ///< fastest change of the force, N/s
+  double hysteresis = 0;        ///< width of the play between asked and acting force, N
+  /// The board turns what turns with the rotor in the force on by its own angle while no command comes.
+  bool turns_held_force = false;
 
-  double force_limit() const { return voltage_limit * force_per_volt; }  ///< N
+  /// The smaller of what voltage and current allow, N.
+  double force_limit() const {
+    const double by_voltage = voltage_limit * force_per_volt, by_current = current_limit * force_per_ampere;
+    return by_current > 0 && by_current < by_voltage ? by_current : by_voltage;
+  }
 };
 
 /// Incremental encoder with a tracking loop for speed and acceleration.

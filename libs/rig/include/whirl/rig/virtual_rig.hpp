@@ -6,6 +6,7 @@
 
 #include "whirl/core/control_types.hpp"
 #include "whirl/rig/parameters.hpp"
+#include "whirl/rt/release.hpp"
 
 namespace whirl::rig {
 
@@ -34,9 +35,11 @@ class VirtualRig {
 
   Measurement read() const noexcept;            ///< at the current tick
   void write(const Command& command) noexcept;  ///< forces asked for, N; kept until the next write
-  void advance() noexcept;                      ///< to the next tick
-  bool done() const noexcept;                   ///< the profile has ended
-  double time() const noexcept;                 ///< of the current tick, s
+  /// What to send, turned on, in ticks without a command; false: this board cannot (RigActuator::turns_held_force).
+  bool hold(const rt::SynchronousRelease& force) noexcept;
+  void advance() noexcept;       ///< to the next tick
+  bool done() const noexcept;    ///< the profile has ended
+  double time() const noexcept;  ///< of the current tick, s
   long tick() const noexcept;
   long ticks() const noexcept;  ///< of the whole profile
   /// Back to t = 0 with another noise seed.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 
 #include "whirl/core/control_types.hpp"
@@ -74,6 +75,13 @@ inline Measurement bridge(const Measurement& from, const Measurement& to, double
   return m;
 }
 
+/// Longest gap, s, in which a force that stands still is better than none on a rotor at `omega`, rad/s: a sixth of a
+/// turn. Its error against the force that turns is |e^{i omega t} - 1| times it, which is 1 there; none at all errs
+/// by 1.
+inline double longest_held_gap(double omega) noexcept {
+  return omega != 0 ? std::numbers::pi / (3 * std::abs(omega)) : std::numeric_limits<double>::infinity();
+}
+
 /// Bound of the first commands after a gap: what the law sees of the motion is then the poorest. For as many cycles as
 /// ticks were left out (at least kLeast), each axis is kept within kFactor times the largest force of the last fifth of
 /// a second, or a tenth of the force limit when that is more.
@@ -111,9 +119,11 @@ class GapBound {
 /// advance.
 ///
 /// Rig: `Measurement read()`, `void write(Command)`, `void advance()` (next tick; nothing on hardware); it may
-/// have `Fault fault()` (a reason to trip, e.g. its watchdog) and `void arm(bool)`. Controller:
-/// `Expected<Command, Fault> step(const Measurement&)`, `void applied(const Command&)`. Clock: `long wait()`;
-/// it may have `Fault fault()`. All noexcept; a cycle allocates nothing.
+/// have `Fault fault()` (a reason to trip, e.g. its watchdog), `void arm(bool)` and `bool hold(const
+/// SynchronousRelease&)`: told every cycle what turns with the rotor in the force, it returns whether it sends that,
+/// turned on, in ticks for which no command comes (else the last command stands still, see longest_held_gap).
+/// Controller: `Expected<Command, Fault> step(const Measurement&)`, `void applied(const Command&)`. Clock: `long
+/// wait()`; it may have `Fault fault()`. All noexcept; a cycle allocates nothing.
 ///
 /// Disarmed, the loop reads and sends zero; the controller is not asked. A trip disarms and latches with its
 /// reason and tick: zero is sent from then on (with LoopOptions::release after the force has faded; at once when the
@@ -162,9 +172,10 @@ class Loop {
     if (armed_ && options_.max_gap > 0 && r.missed > options_.max_gap) found = first(found, kGap);
     // No samples and so no time to fade in, or a person's trip.
     const bool at_once = clock_fault == Fault::watchdog || clock_fault == Fault::requested;
-    if (options_.release > 0) release_.follow(r.measurement, 1 + r.missed);
+    const SynchronousRelease held = release_;
+    if (follows()) release_.follow(r.measurement, 1 + r.missed);
     if (armed_) {
-      fill(r.measurement, r.missed);
+      fill(r.measurement, r.missed, held);
       r.request = controller_.step(r.measurement);
       decision = decide(limits_, safety_, r.measurement, r.request, tick_, first(requested_, found));
       if (decision.state.trip == Fault::none && bound_.apply(r.missed, limits_.force, decision.command)) {
@@ -181,7 +192,7 @@ class Loop {
       armed_ = false;
       fading_ = !at_once && may_release(decision.state.trip) ? options_.release : 0;
       if (fading_ == 0) tell_rig();
-    } else if (options_.release > 0 && armed_ && r.measurement.valid) {
+    } else if (follows() && armed_ && r.measurement.valid) {
       release_.learn(decision.command);
     }
     if (fading_ > 0) {
@@ -190,6 +201,7 @@ class Loop {
       r.releasing = fading_ > 0;
     }
     rig_.write(decision.command);
+    if constexpr (kHolds) turning_ = rig_.hold(armed_ ? release_ : SynchronousRelease(options_.sample_time));
     safety_ = decision.state;
     r.sent = decision.command;
     r.trip = safety_.trip;
@@ -228,6 +240,8 @@ class Loop {
   const SafetyState& safety() const noexcept { return safety_; }
 
  private:
+  static constexpr bool kHolds = requires(Rig & rig, const SynchronousRelease& force) { rig.hold(force); };
+  bool follows() const noexcept { return kHolds || options_.release > 0; }
   static constexpr Fault first(Fault a, Fault b) noexcept { return a != Fault::none ? a : b; }
   void tell_rig() noexcept {
     if constexpr (requires { rig_.arm(true); }) rig_.arm(armed_);
@@ -244,12 +258,13 @@ class Loop {
     return u;
   }
   // The controller's own time over `missed` ticks: the motion between two samples, or lost samples when one of them is
-  // no sample; the angle then goes on at its speed.
-  void fill(const Measurement& now, long missed) noexcept {
+  // no sample; the angle then goes on at its speed. `held`: the force that turned on, where the rig does that.
+  void fill(const Measurement& now, long missed, SynchronousRelease held) noexcept {
     if (options_.dt != DtPolicy::fill) return;
     const double all = static_cast<double>(missed + 1);
     Measurement from = before_;
     from.t = now.t - all * options_.sample_time;
+    if (missed > options_.max_fill) held.turn(missed - options_.max_fill);
     for (long back = std::min(missed, options_.max_fill); back > 0; --back) {
       const double ago = static_cast<double>(back) * options_.sample_time;
       Measurement m = now;
@@ -262,7 +277,13 @@ class Loop {
         m.omega -= now.omega_dot * ago;
       }
       (void)controller_.step(m);
-      controller_.applied(safety_.last);
+      Command acted = safety_.last;
+      if (turning_) {
+        held.turn(1);
+        acted = held.force(1);
+        limit_force(limits_, acted);
+      }
+      controller_.applied(acted);
     }
   }
 
@@ -276,7 +297,7 @@ class Loop {
   Measurement before_{.valid = false};
   SafetyState safety_;
   Fault requested_ = Fault::none;
-  bool armed_;
+  bool armed_, turning_ = false;
   long fading_ = 0;  // ticks until the force is zero
   long tick_ = -1;
 };

@@ -7,7 +7,8 @@
 
 namespace whirl::rt {
 
-/// Force after a trip: its part that turns with the rotor goes on and fades, instead of stopping at once.
+/// Force after a trip, and in ticks without a command: its part that turns with the rotor goes on and fades, instead of
+/// stopping at once.
 ///
 /// A controller near a critical speed holds the disk against the unbalance. When it lets go at once, the disk starts
 /// from rest under the full unbalance, and the free vibration of the start adds to the forced one: up to 18 % above the
@@ -32,12 +33,18 @@ class SynchronousRelease {
       measured_beta_ = beta_ = m.beta;
       omega_ = m.omega;
       omega_dot_ = m.omega_dot;
+      cos_ = std::cos(beta_);
+      sin_ = std::sin(beta_);
     } else {
-      const double t = static_cast<double>(ticks) * sample_time_, before = omega_;
-      beta_ += (omega_ + 0.5 * omega_dot_ * t) * t;
-      omega_ += omega_dot_ * t;
-      if (omega_ * before <= 0) omega_ = omega_dot_ = 0;  // it comes to rest and does not turn back
+      turn(ticks);
     }
+  }
+  /// `ticks` go by without a reading.
+  void turn(long ticks) noexcept {
+    const double t = static_cast<double>(ticks) * sample_time_, before = omega_;
+    beta_ += (omega_ + 0.5 * omega_dot_ * t) * t;
+    omega_ += omega_dot_ * t;
+    if (omega_ * before <= 0) omega_ = omega_dot_ = 0;  // it comes to rest and does not turn back
     cos_ = std::cos(beta_);
     sin_ = std::sin(beta_);
   }
