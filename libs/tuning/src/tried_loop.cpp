@@ -86,6 +86,7 @@ rig::RigParameters at_constant_speed(rig::RigParameters p, double omega, double 
   p.profile = {.omega_start = omega, .omega_end = omega, .ramp_time = duration, .beta_start = p.profile.beta_start};
   for (rig::RigMode& mode : p.modes) mode.initial = 0;
   p.actuator.voltage_limit *= 1e3;
+  p.actuator.current_limit = p.actuator.slew = 0;
   p.actuator.bits = p.laser.bits = 0;
   return p;
 }
