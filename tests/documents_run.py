@@ -87,6 +87,9 @@ def responses():
     x = oscillate(t, force)[:, 0]
     acceleration = np.gradient(np.gradient(x, t), t) + random.normal(0, 1e-3, len(t))
     table("random.csv", ["t_s", "force_N", "acc_1_m_s2"], t, force, acceleration)
+    floor = random.normal(0, 1, len(t))  # relative motion of a mass on a floor that shakes
+    top = np.gradient(oscillate(t, -floor)[:, 1], t) + floor
+    table("floor.csv", ["t_s", "acc_floor_m_s2", "acc_top_m_s2"], t, floor, top)
     shapes = np.array([[1, 1.4, 1.2, 0.8, 0.5], [1, 0.3, -0.9, -1.1, 0.6]])
     for name, channels in (("ambient", range(5)), ("setup1", [0, 1, 2]), ("setup2", [0, 1, 3]), ("setup3", [0, 1, 4])):
         sum_ = np.zeros((len(t), len(channels)))

@@ -191,6 +191,10 @@ std::string text(const Finding& f) {
     case FindingCode::readings_differ:
       return fmt::format("the records allow another reading of the model, {}{}", f.where, amounts_text(f.amounts));
     case FindingCode::held_out_cannot_check:
+      if (std::isfinite(of("instant")))
+        return fmt::format(
+            "the change at {:.4g} s cannot be checked: without {} the records do not hold both its sides",
+            of("instant"), f.where);
       return fmt::format(
           "the resonance at {:.4g} Hz cannot be checked: without {} the records turn at {:.3g} to {:.3g} Hz{}",
           of("frequency"), f.where, of("low"), of("high"),

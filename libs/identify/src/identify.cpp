@@ -17,6 +17,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
 #include "whirl/identify/record/channel_instants.hpp"
+#include "whirl/identify/rotor_terms.hpp"
 #include "whirl/identify/sindy_library.hpp"
 #include "whirl/signal/motion_quantity.hpp"
 
@@ -158,14 +159,26 @@ HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records
 
 bool both_probes(const Recording& r) { return r.has("x") && r.has("y") && r.has("beta"); }
 
-/// Resonances that the records show only in the part held out.
+/// Whether one of the records holds both sides of an instant.
+bool holds(const std::vector<Recording>& records, double instant) {
+  return std::ranges::any_of(records,
+                             [&](const Recording& r) { return r.t0 < instant && instant < r.t0 + r.duration(); });
+}
+
+/// Resonances and changes of the machine that the records show only in the part held out.
 std::vector<Finding> not_shown(const IdentifyOptions& o, const std::vector<Recording>& records,
                                const IdentifiedModel& model, const std::string& held) {
   if (held.empty() || !std::ranges::all_of(records, both_probes)) return {};
   const DataRange all = data_range(records);
-  DataRange rest = data_range(split_of(o, records).train);
+  const std::vector<Recording> train = split_of(o, records).train;
+  DataRange rest = data_range(train);
   if (records.size() > 1) rest.amplitude = std::numeric_limits<double>::infinity();  // each has its own unbalance
-  return detail::not_shown_by_rest(model, all, rest, held);
+  std::vector<Finding> out = detail::not_shown_by_rest(model, all, rest, held);
+  for (const RotorTerm& t : terms_of(model)) {
+    if (t.entry->by_reference != nullptr && t.part == 0 && !holds(train, t.reference))
+      out.push_back({FindingCode::held_out_cannot_check, Consequence::warning, {{"instant", t.reference, "s"}}, held});
+  }
+  return out;
 }
 
 }  // namespace

@@ -68,8 +68,10 @@ void judge_evidence(Identification& id) {
   } else if (summary.status != Status::unusable) {
     // The rest cannot predict what it does not show, nor contradict it.
     for (const Finding& f : id.evidence.not_shown) summary.add(f);
-    set_trust(fmt::format("{} Nothing tests it at the resonance that only {} passes.", summary.trust,
-                          id.evidence.held_out.what),
+    const bool change = std::isfinite(id.evidence.not_shown.front().amount("instant"));
+    set_trust(fmt::format("{} Nothing tests it {} that only {} {}.", summary.trust,
+                          change ? "across the change" : "at the resonance", id.evidence.held_out.what,
+                          change ? "shows" : "passes"),
               summary);
   }
   judge_remaining(id.model.summary);
