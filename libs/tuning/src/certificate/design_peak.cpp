@@ -36,7 +36,7 @@ void bound_peak(ControllerDesign& design, const IdentifiedModel& model, const De
     design.summary.add({FindingCode::requirement_missed,
                         Consequence::unusable,
                         {{"value", 100 * drawn.stable.value, "%"}, {"least", 100 * kEnoughPass, "%"}},
-                        fmt::format("not certified: with {}, machines that the model allows and that pass the judge",
+                        fmt::format("not certified: with {}, machines that the model allows and that keep the limits",
                                     course_name(course))});
   }
   margins["peak_m"] = peak;
