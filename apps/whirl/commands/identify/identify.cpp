@@ -31,10 +31,26 @@ void refuse_rates(const Recording& record, std::string_view method) {
   }
 }
 
+/// Whether a table without a time has velocities or accelerations.
+bool has_rates(RecordOptions reader, const std::string& file) {
+  reader.rate = 1;  // Hz: any
+  try {
+    return std::ranges::any_of(reader.read(file).channels, is_rate);
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 /// A file without x and y, whose velocities or accelerations may be them by their names. Names that do not tell are
-/// said, and so is what keeps the table from being a record at all.
+/// said, and so is what keeps a table of them from being a record at all.
 std::optional<Recording> read_rates(const RecordOptions& reader, const std::string& file) {
-  const Recording all = reader.read(file);
+  Recording all;
+  try {
+    all = reader.read(file);
+  } catch (const Error&) {
+    if (has_rates(reader, file)) throw;
+    return std::nullopt;
+  }
   Recording named = identification::with_motion_names(all);
   if (named.has("x") || named.has("y")) return named;
   const auto rate = std::ranges::find_if(all.channels, is_rate);
