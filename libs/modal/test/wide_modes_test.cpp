@@ -13,10 +13,32 @@ namespace {
 using whirl::modal::fit_modes;
 using whirl::testing::DampedChain;
 
+/// Of sets of a chain: its modes, those found within three Cramer-Rao deviations, and all that the band lists.
+struct FoundModes {
+  int modes = 0, within = 0, listed = 0;
+
+  void add(const DampedChain& chain) {
+    const whirl::ModalModel found = fit_modes(chain.frf);
+    modes += static_cast<int>(chain.frequency.size());
+    for (const whirl::Mode& mode : found.modes)
+      listed += mode.frequency.value >= found.band_low && mode.frequency.value <= found.band_high;
+    for (std::size_t k = 0; k < chain.frequency.size(); ++k) {
+      double nearest = INFINITY;
+      for (const whirl::Mode& mode : found.modes)
+        nearest = std::min(nearest, std::abs(mode.frequency.value - chain.frequency[k]) / chain.deviation[k]);
+      within += nearest < 3;
+    }
+  }
+  void expect_all() const {
+    EXPECT_GE(within, 0.95 * modes);
+    EXPECT_LE(listed, modes + 2);
+  }
+};
+
 // Most of these were missed or merged: no pole of more than 10 % was taken, and none moved little enough between
 // orders.
 TEST(WideModesProperty, ModesOf5To50PercentAreFoundAtTheCramerRaoBound) {
-  int modes = 0, within = 0, listed = 0;
+  FoundModes sum;
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const int masses = 3 + static_cast<int>(seed % 4) * 2;
     const DampedChain chain = whirl::testing::make_damped_chain({.masses = masses,
@@ -26,43 +48,23 @@ TEST(WideModesProperty, ModesOf5To50PercentAreFoundAtTheCramerRaoBound) {
                                                                  .lines = 600,
                                                                  .seed = 300 + seed});
     ASSERT_EQ(chain.frequency.size(), static_cast<std::size_t>(masses)) << seed;
-    const whirl::ModalModel found = fit_modes(chain.frf);
-    modes += masses;
-    for (const whirl::Mode& mode : found.modes)
-      listed += mode.frequency.value >= found.band_low && mode.frequency.value <= found.band_high;
-    for (std::size_t k = 0; k < chain.frequency.size(); ++k) {
-      double nearest = INFINITY;
-      for (const whirl::Mode& mode : found.modes)
-        nearest = std::min(nearest, std::abs(mode.frequency.value - chain.frequency[k]) / chain.deviation[k]);
-      within += nearest < 3;
-    }
+    sum.add(chain);
   }
-  EXPECT_GE(within, 0.95 * modes);
-  EXPECT_LE(listed, modes + 2);
+  sum.expect_all();
 }
 
 // One reference shows less of what overlaps: a mode was missing in half of these sets, and the others were many
 // deviations off with small intervals.
 TEST(WideModesProperty, OneReferenceShowsAllModesToo) {
-  int modes = 0, within = 0, listed = 0;
+  FoundModes sum;
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const int masses = seed % 2 == 0 ? 7 : 9;
     const DampedChain chain = whirl::testing::make_damped_chain(
         {.masses = masses, .responses = 6, .references = 1, .noise = 2e-4, .lines = 1000, .seed = 98'000 + seed});
     ASSERT_EQ(chain.frequency.size(), static_cast<std::size_t>(masses)) << seed;
-    const whirl::ModalModel found = fit_modes(chain.frf);
-    modes += masses;
-    for (const whirl::Mode& mode : found.modes)
-      listed += mode.frequency.value >= found.band_low && mode.frequency.value <= found.band_high;
-    for (std::size_t k = 0; k < chain.frequency.size(); ++k) {
-      double nearest = INFINITY;
-      for (const whirl::Mode& mode : found.modes)
-        nearest = std::min(nearest, std::abs(mode.frequency.value - chain.frequency[k]) / chain.deviation[k]);
-      within += nearest < 3;
-    }
+    sum.add(chain);
   }
-  EXPECT_GE(within, 0.95 * modes);
-  EXPECT_LE(listed, modes + 2);
+  sum.expect_all();
 }
 
 // Its frequencies move by several of their widths from place to place: common poles never explain it.

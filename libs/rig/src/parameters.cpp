@@ -213,6 +213,8 @@ void RigParameters::check() const {
   require_range("actuator.extra_delay_samples", actuator.extra_delay_samples, 0, 30);
   require_range("actuator.current_limit", actuator.current_limit, 0, 1e6, "A");
   require_range("actuator.force_per_ampere", actuator.force_per_ampere, 0, 1e9, "N/A");
+  if (actuator.current_limit > 0 && actuator.force_per_ampere == 0)
+    throw Error("actuator.current_limit_A limits no force without the force constant: state actuator.force_N_A");
   require_range("actuator.slew", actuator.slew, 0, 1e12, "N/s");
   require_range("actuator.hysteresis", actuator.hysteresis, 0, 1e6, "N");
   require_range("encoder.counts", encoder.counts, 0, 1e9);

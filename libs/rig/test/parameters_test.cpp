@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -64,6 +65,15 @@ TEST(RigParametersProperty, ReadsConstParameters) {
   int count = 0;
   visit_fields(p, [&](std::string_view, const auto&, double) { ++count; });
   EXPECT_EQ(count, 88);
+}
+
+TEST(RigParameters, ACurrentLimitWithoutForceConstantIsAnError) {
+  RigParameters p;
+  p.actuator.current_limit = 2;
+  EXPECT_THROW(p.check(), Error);
+  p.actuator.force_per_ampere = 3;
+  EXPECT_NO_THROW(p.check());
+  EXPECT_DOUBLE_EQ(p.actuator.force_limit(), std::min(6.0, p.actuator.voltage_limit * p.actuator.force_per_volt));
 }
 
 TEST(RigParameters, ImpossibleSensorGridIsAnError) {

@@ -308,7 +308,8 @@ FrequencyResponse estimate_shaker_frf(const std::vector<Recording>& recordings, 
     for (const std::string& force : forces) {
       const VectorXd& f = records.back().at(force).samples;
       if (!(f.maxCoeff() > f.minCoeff()))
-        throw Error(fmt::format("{}: force '{}' never changes", recording.source, force));
+        throw Error(
+            fmt::format("{}: {} '{}' never changes", recording.source, options.base.empty() ? "force" : "base", force));
     }
   }
   leave_out_dead(records, result.summary);
