@@ -119,7 +119,7 @@ function(whirl_module name)
   add_library(whirl::${name} ALIAS whirl_${name})
   set_property(GLOBAL APPEND PROPERTY WHIRL_MODULES ${name})
   target_include_directories(whirl_${name} ${scope}
-    $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
+    $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/internal> $<INSTALL_INTERFACE:include>)
   target_link_libraries(whirl_${name} ${scope} whirl_flags ${ARG_USES} ${ARG_LINKS})
   whirl_tests(whirl_${name}_test DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/test" LINKS whirl_${name})
 endfunction()

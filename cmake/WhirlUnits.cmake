@@ -54,7 +54,7 @@ endfunction()
 
 set(WHIRL_HEADERS <Eigen/Dense> <fmt/format.h> <algorithm> <array> <cmath> <complex> <filesystem> <fstream> <functional> <map>
     <memory> <numbers> <optional> <random> <set> <span> <sstream> <string> <string_view> <variant> <vector>
-    "${PROJECT_SOURCE_DIR}/libs/core/include/whirl/core/decompositions.hpp")
+    "${PROJECT_SOURCE_DIR}/libs/core/internal/whirl/core/decompositions.hpp")
 set(WHIRL_HEADERS_guarded <nlohmann/json.hpp>)
 set(WHIRL_HEADERS_program <CLI/CLI.hpp>)
 set(WHIRL_HEADERS_test <gmock/gmock.h> <gtest/gtest.h>)

@@ -54,14 +54,23 @@ def includes(root):
     wrong = [f"{name} uses {u}: listed after it" for name in order for u in allowed[name]
              if u not in order or order.index(u) >= order.index(name)]
     for file in tracked(root):
-        part = re.match(r"libs/(\w+)/(?:include|src)/", file)
+        part = re.match(r"libs/(\w+)/(?:include|internal|src)/", file)
         if not part:
             continue
         for line, text in enumerate((root / file).read_text(errors="replace").split("\n"), 1):
             used = re.match(r'\s*#\s*include\s*["<]whirl/(\w+)/', text)
             if used and used[1] != part[1] and used[1] not in allowed.get(part[1], []):
                 wrong.append(f"{file}:{line}: {part[1]} includes {used[1]}, which docs/architecture.md does not allow")
-    return wrong + inner_includes(root)
+    return wrong + inner_includes(root) + installed_includes(root)
+
+
+def installed_includes(root):
+    """A header under an include root is installed, so it includes no header under an internal root, which is not."""
+    inside = {f.partition("/internal/")[2] for f in tracked(root) if re.match(r"libs/\w+/internal/.*\.hpp$", f)}
+    return [f"{f}:{line}: a public header includes {used[1]}, which is not installed"
+            for f in tracked(root) if re.match(r"(libs/\w+/|)include/.*\.hpp$", f)
+            for line, text in enumerate((root / f).read_text().split("\n"), 1)
+            if (used := re.match(r'\s*#\s*include\s*["<]([\w./]+)[">]', text)) and used[1] in inside]
 
 
 def inner_includes(root):
@@ -106,7 +115,7 @@ def functions(root):
     """By the format of the tree a definition at namespace scope begins and ends in the first column."""
     long = []
     for file in tracked(root):
-        if not re.match(r"(libs/\w+/(src|include)|apps)/.*\.[ch]pp$", file):
+        if not re.match(r"(libs/\w+/(src|include|internal)|apps)/.*\.[ch]pp$", file):
             continue
         start = None
         for line, text in enumerate((root / file).read_text().split("\n"), 1):
@@ -127,7 +136,7 @@ def decisions(root):
     reads = re.compile(r"what\(\)\.find\(|(warning|trust|finding|message)s?\b[^;]*\.(starts_with|ends_with|find|contains)\(\"")
     wrong = []
     for file in tracked(root):
-        if re.match(r"(libs/\w+/(src|include)|apps|python/src)/.*\.[ch]pp$", file):
+        if re.match(r"(libs/\w+/(src|include|internal)|apps|python/src)/.*\.[ch]pp$", file):
             wrong += [f"{file}:{line}: decides by a sentence: use a Finding or a type of Error"
                       for line, text in enumerate((root / file).read_text().split("\n"), 1) if reads.search(text)]
     return wrong
@@ -153,16 +162,16 @@ def form(root):
 
 
 def tidy(root):
-    """.clang-tidy over every public header, as one unit."""
+    """.clang-tidy over every header that another library may include, as one unit."""
     tool = shutil.which("clang-tidy")
     if tool is None:
         print("SKIPPED: no clang-tidy here (packages-test.txt)")
         return []
-    headers = [f for f in tracked(root) if re.match(r"(libs/\w+/|testing/|)include/whirl/.*\.hpp$", f)]
-    roots = sorted({h.partition("include/")[0] + "include" for h in headers})
+    headers = [f for f in tracked(root) if re.match(r"(libs/\w+/|testing/|)(include|internal)/whirl/.*\.hpp$", f)]
+    roots = sorted({h.partition("whirl/")[0] for h in headers})
     flags = subprocess.run(["pkg-config", "--cflags", "eigen3", "tomlplusplus"], capture_output=True, text=True).stdout.split()
     with tempfile.NamedTemporaryFile("w", suffix=".cpp") as unit:
-        unit.write("".join(f"#include <{h.partition('include/')[2]}>\n" for h in headers))
+        unit.write("".join(f"#include <{h[h.index('whirl/'):]}>\n" for h in headers))
         unit.flush()
         result = subprocess.run([tool, "--quiet", f"--config-file={root / '.clang-tidy'}", unit.name, "--", "-std=c++20",
                                  "-DEIGEN_MAX_ALIGN_BYTES=64", *[f"-I{root / r}" for r in roots], *flags],
