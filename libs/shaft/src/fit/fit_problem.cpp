@@ -117,11 +117,16 @@ void FitProblem::visit(const VectorXd& t, bool slopes, Row&& row) {
         if (swept) structural += sweep.col(b).reshaped(probes, set.structural);
       }
       for (Index p = 0; p < probes; ++p) {
-        Complex motion = 0;
-        for (Index j = 0; j < sizes.size(); ++j)
-          motion +=
-              state.readings(j * probes + p, b) * sizes[j] + state.conjugate(j * probes + p, b) * std::conj(sizes[j]);
+        Complex motion = 0, turned = 0;
+        for (Index j = 0; j < sizes.size(); ++j) {
+          motion += state.readings(j * probes + p, b) * sizes[j];
+          turned += state.conjugate(j * probes + p, b) * std::conj(sizes[j]);
+        }
         const Complex gain = set.complex_value(t, set.gain + 2 * p), runout = set.complex_value(t, set.runout + 2 * p);
+        // The angle of a gain is a delay: it acts on the conjugate part the other way, and on the drift of the motion,
+        // which is 2 i conj(turned) a radian.
+        const Complex drift(0, 2), late = drift * std::conj(turned);
+        const Complex read = gain * motion + std::conj(gain) * turned + gain.imag() * late;
         if (slopes) slope.head(set.structural) = gain * structural.row(p).transpose();
         slope.tail(set.size() - first_linear).setZero();
         for (Index j = 0; j < set.stations + set.bows; ++j) {
@@ -131,13 +136,13 @@ void FitProblem::visit(const VectorXd& t, bool slopes, Row&& row) {
           slope[at] = scale * gain * (straight + conjugate);
           slope[at + 1] = scale * gain * Complex(0, 1) * (straight - conjugate);
         }
-        slope[set.gain + 2 * p] = motion;
-        slope[set.gain + 2 * p + 1] = Complex(0, 1) * motion;
+        slope[set.gain + 2 * p] = motion + turned;
+        slope[set.gain + 2 * p + 1] = Complex(0, 1) * (motion - turned) + late;
         const double scale = set.all[static_cast<std::size_t>(set.runout)].scale;
         slope[set.runout + 2 * p] = scale;
         slope[set.runout + 2 * p + 1] = Complex(0, scale);
         const double w = weight(r, p, b);
-        row(r, b, p, Complex(w * (run.vectors(p, b) - gain * motion - runout)), w, slope);
+        row(r, b, p, Complex(w * (run.vectors(p, b) - read - runout)), w, slope);
       }
     }
   }

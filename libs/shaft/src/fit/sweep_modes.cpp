@@ -66,7 +66,9 @@ bool continue_pairs(const std::vector<StatePair>& before, StatePairs& found) {
     if (at == found.near.size()) return false;
     taken[at] = true;
     StatePair next = found.near[at];
-    const Complex scale = product(b.left, next.right);
+    // Half of what either product shows: the shape then turns without change along itself to third order of the step.
+    Complex scale = std::sqrt(product(b.left, next.right) / product(next.left, b.right));
+    if ((std::conj(scale) * product(b.left, next.right)).real() < 0) scale = -scale;
     next.right /= scale;
     next.left *= scale;
     kept.push_back(std::move(next));

@@ -22,15 +22,11 @@ class SweepIntegration {
     start();
     const Index per_block = static_cast<Index>(run_.turns) * kGridPerTurn;
     for (Index b = 0; b < run_.blocks(); ++b) {
+      begin_ = c_;
       sum_.setZero(count_, columns_);
       double_.setZero(count_, columns_);
-      for (Index i = 0; i < per_block; ++i) {
-        before_ = c_;
-        advance(b * per_block + i);
-        const auto in_turn = static_cast<std::size_t>(i % kGridPerTurn);
-        sum_ += weights_.first * before_ + weights_.last * c_;
-        double_ += weights_.first_twice[in_turn] * before_ + weights_.last_twice[in_turn] * c_;
-      }
+      for (Index i = 0; i < per_block; ++i)
+        advance(b * per_block + i, std::polar(1.0, 2 * kStepAngle * static_cast<double>(i)));
       finish_block(b, static_cast<double>(per_block));
     }
     return std::move(part_);
@@ -51,28 +47,42 @@ class SweepIntegration {
     c_ = (Complex(0, path_.point_speed[0]) - node_.pole.array()).inverse().matrix().asDiagonal() * drive_;
   }
 
-  void advance(Index step) {
-    const double h = path_.step[step], speed = path_.speed[step];
+  void advance(Index step, Complex phase) {
+    const double h = path_.step[step], speed = path_.speed[step], rate = path_.rate[step];
     modes_.read(speed, node_, SweepModes::Part::motion);
     drive(step + 1, node_.source, next_drive_);
-    turning_.noalias() = path_.rate[step] * node_.coupling.lazyProduct(c_);
+    turning_.noalias() = rate * node_.coupling.lazyProduct(c_);
+    next_ = c_;
+    weights_.clear();
     for (Index k = 0; k < count_; ++k) {
-      const StepWeights w(node_.pole[k] - Complex(0, speed), h);
-      const Complex both = w.first + w.last;
-      for (Index c = 0; c < columns_; ++c)
-        c_(k, c) = w.growth * c_(k, c) + w.first * drive_(k, c) + w.last * next_drive_(k, c) + both * turning_(k, c);
+      weights_.emplace_back(node_.pole[k] - Complex(0, speed), h, kStepAngle);
+      const StepWeights::Row& w = weights_.back().next;
+      next_.row(k) = w.state * c_.row(k) + w.first * (drive_.row(k) + turning_.row(k)) +
+                     w.last * (next_drive_.row(k) + turning_.row(k));
     }
+    next_turning_.noalias() = rate * node_.coupling.lazyProduct(next_);
+    for (Index k = 0; k < count_; ++k) {
+      const StepWeights& w = weights_[static_cast<std::size_t>(k)];
+      first_ = drive_.row(k) + turning_.row(k);
+      last_ = next_drive_.row(k) + next_turning_.row(k);
+      sum_.row(k) += w.mean.state * c_.row(k) + w.mean.first * first_ + w.mean.last * last_;
+      double_.row(k) += phase * (w.twice.state * c_.row(k) + w.twice.first * first_ + w.twice.last * last_);
+      next_.row(k) += w.next.last * (next_turning_.row(k) - turning_.row(k));
+    }
+    c_.swap(next_);
     drive_.swap(next_drive_);
   }
 
   void finish_block(Index b, double points) {
     const double speed = run_.speed[b];
     modes_.read(speed, node_, SweepModes::Part::whole);
+    const MatrixXcd lost = (begin_ - c_) / static_cast<double>(run_.turns);
     const Index probes = node_.reading.rows();
     for (Index c = 0; c < columns_; ++c) {
       for (Index k = 0; k < count_; ++k) {
         const Complex steady = model_.factor(c, speed) * node_.source(k, c) / (Complex(0, speed) - node_.pole[k]);
-        const Complex value = sum_(k, c) / points - steady, twice = double_(k, c) / points;
+        const Complex value = sum_(k, c) / points + SampleSums::once * lost(k, c) - steady;
+        const Complex twice = double_(k, c) / points + SampleSums::twice * lost(k, c);
         for (Index p = 0; p < probes; ++p) {
           part_.readings(c * probes + p, b) += node_.reading(p, k) * value;
           part_.conjugate(c * probes + p, b) += std::conj(node_.reading(p, k) * twice);
@@ -85,10 +95,11 @@ class SweepIntegration {
   const SweepModes& modes_;
   const OrderRun& run_;
   SweepPath path_;
-  const SampleWeights weights_;
   Index count_, columns_;
   SweepNode node_;
-  MatrixXcd c_, before_, drive_, next_drive_, turning_, sum_, double_;
+  MatrixXcd c_, next_, begin_, drive_, next_drive_, turning_, next_turning_, sum_, double_;
+  Eigen::RowVectorXcd first_, last_;
+  std::vector<StepWeights> weights_;
   SweepPart part_;
 };
 

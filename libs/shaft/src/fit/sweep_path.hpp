@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 
@@ -9,6 +8,8 @@
 #include "whirl/shaft/fit/order_run.hpp"
 
 namespace whirl::shaft {
+
+inline constexpr double kStepAngle = kTwoPi / kGridPerTurn;
 
 /// The angle of a run as the modes feel it, at the points of its grid.
 struct SweepPath {
@@ -47,40 +48,50 @@ struct SweepPath {
   }
 };
 
-/// One step of c' = m c + b(t), b linear between its ends: c_1 = g c_0 + w_0 b_0 + w_1 b_1.
-struct StepWeights {
-  std::complex<double> growth, first, last;
-  StepWeights(std::complex<double> m, double h) {
-    const std::complex<double> z = m * h;
-    growth = std::exp(z);
-    std::complex<double> one, two;  // (e^z - 1) / z, (e^z - 1 - z) / z^2
+/// phi_0 = e^z, phi_{k+1} = (phi_k - 1 / k!) / z.
+struct PhiFunctions {
+  std::complex<double> zero, one, two, three;
+  explicit PhiFunctions(std::complex<double> z) : zero(std::exp(z)) {
     if (std::abs(z) < 1e-2) {
-      one = 1.0 + z / 2.0 + z * z / 6.0 + z * z * z / 24.0;
+      one = 1.0 + z / 2.0 + z * z / 6.0 + z * z * z / 24.0 + z * z * z * z / 120.0;
       two = 0.5 + z / 6.0 + z * z / 24.0 + z * z * z / 120.0;
+      three = 1.0 / 6.0 + z / 24.0 + z * z / 120.0 + z * z * z / 720.0;
     } else {
-      one = (growth - 1.0) / z;
+      one = (zero - 1.0) / z;
       two = (one - 1.0) / z;
+      three = (two - 0.5) / z;
     }
-    first = h * (one - two);
-    last = h * two;
   }
 };
 
-/// What the ends of a step of the grid weigh in the sums of a record: the trapezoid, and the end that `signal::
-/// order_vectors` leaves out, whose 64 samples a turn begin at the turn's first. (Exact sums of e^{2 i theta} with c
-/// straight between the points were tried: chi-square of runs below the second critical speed falls from 1.4 to 1.05,
-/// but the errors of damping in runs through both double.)
-struct SampleWeights {
-  static constexpr double kEnd = 0.5 * kGridPerTurn / 64;
-  static constexpr double first = 0.5 + kEnd, last = 0.5 - kEnd;           ///< of c
-  std::array<std::complex<double>, kGridPerTurn> first_twice, last_twice;  ///< of c e^{2 i theta}, by step of a turn
+/// One step of c' = m c + b(t) over the time h, in which the shaft turns by `angle`; b is linear between its ends. All
+/// of it is exact, so that a free oscillation far from the speed costs no accuracy:
+///     c_1 = growth c_0 + first b_0 + last b_1,
+/// the mean of c, and the mean of c e^{2 i theta} with theta from the step's begin.
+struct StepWeights {
+  struct Row {
+    std::complex<double> state, first, last;
+  };
+  Row next, mean, twice;
 
-  SampleWeights() {
-    for (std::size_t k = 0; k < kGridPerTurn; ++k) {
-      first_twice[k] = std::polar(first, 2 * kTwoPi * static_cast<double>(k) / kGridPerTurn);
-      last_twice[k] = std::polar(last, 2 * kTwoPi * static_cast<double>(k + 1) / kGridPerTurn);
-    }
+  StepWeights(std::complex<double> m, double h, double angle) {
+    const PhiFunctions phi(m * h);
+    next = {phi.zero, h * (phi.one - phi.two), h * phi.two};
+    mean = {phi.one, h * (phi.two - phi.three), h * phi.three};
+    // (c e^{2 i theta})' = (m + 2 i Omega) c e^{2 i theta} + b e^{2 i theta}
+    const std::complex<double> turn(0, 2 * angle), end = std::exp(turn), all = (end - 1.0) / turn,
+                                                   rising = (end - all) / turn, apart = m * h + turn;
+    twice = {(end * next.state - 1.0) / apart, (end * next.first - h * (all - rising)) / apart,
+             (end * next.last - h * rising) / apart};
   }
+};
+
+/// What the sums of `signal::order_vectors` add to means: they hold 64 samples a turn from the first of a block on, not
+/// the one at its end (Euler and Maclaurin). Times c at the begin less c at the end, over the turns of the block.
+struct SampleSums {
+  static constexpr double kSamples = 64;
+  static constexpr double once = 0.5 / kSamples;
+  static constexpr std::complex<double> twice{0.5 / kSamples, -kTwoPi / (6 * kSamples * kSamples)};
 };
 
 }  // namespace whirl::shaft

@@ -47,12 +47,10 @@ class SlopeIntegration {
     for (Index b = 0; b < run_.blocks(); ++b) {
       c_sum_ = c_double_ = VectorXcd::Zero(count_);
       e_sum_ = e_double_ = MatrixXcd::Zero(count_, unknowns_);
-      for (Index i = 0; i < per_block; ++i) {
-        const auto in_turn = static_cast<std::size_t>(i % kGridPerTurn);
-        add_end(weights_.first, weights_.first_twice[in_turn]);
-        advance(b * per_block + i);
-        add_end(weights_.last, weights_.last_twice[in_turn]);
-      }
+      c_begin_ = c_;
+      e_begin_ = e_;
+      for (Index i = 0; i < per_block; ++i)
+        advance(b * per_block + i, std::polar(1.0, 2 * kStepAngle * static_cast<double>(i)));
       finish_block(b, static_cast<double>(per_block));
     }
     return std::move(slopes_);
@@ -79,29 +77,28 @@ class SlopeIntegration {
     e_ = apart.asDiagonal() * (source_slopes_ + c_.asDiagonal() * node_.pole_slopes);
   }
 
-  void advance(Index step) {
-    const double h = path_.step[step], speed = path_.speed[step];
+  void advance(Index step, Complex phase) {
+    const double h = path_.step[step], speed = path_.speed[step], rate = path_.rate[step];
     modes_.read(speed, node_, SweepModes::Part::slopes);
     drive(unbalance_factor(step + 1), next_source_, next_slopes_);
-    turning_.noalias() = path_.rate[step] * node_.coupling.lazyProduct(c_);
-    turning_slopes_.noalias() = path_.rate[step] * node_.coupling.lazyProduct(e_);
+    turning_.noalias() = rate * node_.coupling.lazyProduct(c_);
+    turning_slopes_.noalias() = rate * node_.coupling.lazyProduct(e_);
     for (Index k = 0; k < count_; ++k) {
-      const StepWeights w(node_.pole[k] - Complex(0, speed), h);
-      const Complex both = w.first + w.last, before = c_[k];
-      c_[k] = w.growth * before + w.first * source_[k] + w.last * next_source_[k] + both * turning_[k];
-      const Complex mean = w.first * before + w.last * c_[k];
-      e_.row(k) = w.growth * e_.row(k) + mean * node_.pole_slopes.row(k) + w.first * source_slopes_.row(k) +
-                  w.last * next_slopes_.row(k) + both * turning_slopes_.row(k);
+      const StepWeights w(node_.pole[k] - Complex(0, speed), h, kStepAngle);
+      const Complex first = source_[k] + turning_[k], last = next_source_[k] + turning_[k], before = c_[k];
+      const auto moved = [&](const StepWeights::Row& r) { return r.state * before + r.first * first + r.last * last; };
+      c_sum_[k] += moved(w.mean);
+      c_double_[k] += phase * moved(w.twice);
+      c_[k] = moved(w.next);
+      // The pole's slope drives e by c, straight between the ends.
+      first_ = before * node_.pole_slopes.row(k) + source_slopes_.row(k) + turning_slopes_.row(k);
+      last_ = c_[k] * node_.pole_slopes.row(k) + next_slopes_.row(k) + turning_slopes_.row(k);
+      e_sum_.row(k) += w.mean.state * e_.row(k) + w.mean.first * first_ + w.mean.last * last_;
+      e_double_.row(k) += phase * (w.twice.state * e_.row(k) + w.twice.first * first_ + w.twice.last * last_);
+      e_.row(k) = (w.next.state * e_.row(k) + w.next.first * first_ + w.next.last * last_).eval();
     }
     source_.swap(next_source_);
     source_slopes_.swap(next_slopes_);
-  }
-
-  void add_end(double once, Complex twice) {
-    c_sum_ += once * c_;
-    c_double_ += twice * c_;
-    e_sum_ += once * e_;
-    e_double_ += twice * e_;
   }
 
   void finish_block(Index b, double points) {
@@ -113,8 +110,12 @@ class SlopeIntegration {
     const VectorXcd apart = (Complex(0, speed) - node_.pole.array()).inverse();
     steady = apart.cwiseProduct(steady).eval();
     steady_slopes = apart.asDiagonal() * (steady_slopes + steady.asDiagonal() * node_.pole_slopes);
-    const VectorXcd value = c_sum_ / points - steady, twice = c_double_ / points;
-    const MatrixXcd value_slopes = e_sum_ / points - steady_slopes, twice_slopes = e_double_ / points;
+    const VectorXcd lost = (c_begin_ - c_) / static_cast<double>(run_.turns);
+    const MatrixXcd lost_slopes = (e_begin_ - e_) / static_cast<double>(run_.turns);
+    const VectorXcd value = c_sum_ / points + SampleSums::once * lost - steady;
+    const VectorXcd twice = c_double_ / points + SampleSums::twice * lost;
+    const MatrixXcd value_slopes = e_sum_ / points + SampleSums::once * lost_slopes - steady_slopes;
+    const MatrixXcd twice_slopes = e_double_ / points + SampleSums::twice * lost_slopes;
     const Index probes = node_.reading.rows();
     for (Index u = 0; u < unknowns_; ++u)
       for (Index k = 0; k < count_; ++k)
@@ -128,11 +129,11 @@ class SlopeIntegration {
   SweepModes modes_;
   const OrderRun& run_;
   SweepPath path_;
-  const SampleWeights weights_;
   Index count_, unknowns_ = 0;
   SweepNode node_;
-  VectorXcd c_, source_, next_source_, turning_, c_sum_, c_double_;
-  MatrixXcd e_, source_slopes_, next_slopes_, turning_slopes_, e_sum_, e_double_;
+  VectorXcd c_, c_begin_, source_, next_source_, turning_, c_sum_, c_double_;
+  Eigen::RowVectorXcd first_, last_;
+  MatrixXcd e_, e_begin_, source_slopes_, next_slopes_, turning_slopes_, e_sum_, e_double_;
   MatrixXcd slopes_;
 };
 
