@@ -87,7 +87,7 @@ class Workshop:
 
     def __init__(self, build, folder):
         self.folder = folder
-        self.includes = [f"-I{d}" for d in sorted(ROOT.glob("libs/*/include"))] + [f"-I{ROOT}/testing/include", "-I/usr/include/eigen3"]
+        self.includes = [f"-I{d}" for d in sorted(ROOT.glob("libs/*/in[ct]*"))] + [f"-I{ROOT}/testing/include", "-I/usr/include/eigen3"]
         self.libraries = []
         for name in ("rt", "control", "rotor", "io", "expr", "core"):
             self.libraries += [str(f) for f in build.glob(f"libs/{name}/libwhirl_{name}.a")]

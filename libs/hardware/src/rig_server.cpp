@@ -116,6 +116,12 @@ RigServer::RigServer(const ServeOptions& options)
       scale_(options.rig.laser.range),
       standby_(options.run.seed) {
   const rt::board::Address a = rt::board::parse_address(options.address);
+  // The protocol has no key, and the lasers are terminals of this machine: nobody beyond it has a use for the port.
+  if (!a.host.starts_with("127.")) {
+    throw Error::in_field(
+        "board address", options.address,
+        "an address of this machine alone, 127.0.0.1:PORT: whoever reaches the port may start the run");
+  }
   sockaddr_in at{};
   at.sin_family = AF_INET;
   at.sin_port = htons(static_cast<std::uint16_t>(a.port));

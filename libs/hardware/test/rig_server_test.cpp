@@ -34,6 +34,24 @@ TEST(IoSettings, ComeBackFromTheirTomlAsTheyWere) {
   EXPECT_THROW(read_io(file), Error);
 }
 
+// The first command with `start` runs the experiment and no key is asked for: no other machine may reach the port.
+TEST(RigServerSettings, AnAddressThatOtherMachinesReachIsRefused) {
+  for (const char* address : {"0.0.0.0:0", "192.0.2.7:47010", "10.0.0.1:0"}) {
+    ServeOptions options;
+    options.address = address;
+    try {
+      RigServer server(options);
+      FAIL() << address << " is served";
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), ::testing::AllOf(::testing::HasSubstr(address), ::testing::HasSubstr("127.0.0.1")))
+          << address;
+    }
+  }
+  ServeOptions options;
+  options.address = "127.0.0.2:0";
+  EXPECT_NO_THROW(RigServer{options});
+}
+
 /// A served rig in a thread of its own, as another process would be.
 TEST(RecordDisarmedRealtime, AServedRigIsRecordedAndTheStopRequestEndsIt) {
   RigServer server({});

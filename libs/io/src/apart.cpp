@@ -21,7 +21,7 @@
 namespace whirl::io {
 namespace {
 
-constexpr rlim_t kSeconds = 20, kBytesPerSecond = 20'000'000;
+constexpr rlim_t kBytesPerSecond = 20'000'000;
 // Deflate gains a factor of 1032 at most, and a byte becomes a double.
 constexpr rlim_t kSmallest = rlim_t{1} << 26, kGain = 9000;
 // Waiting for its turn or for the disk does not count: so many times longer it may take by the clock.
@@ -186,9 +186,9 @@ void ParcelReader::copy(void* to, std::size_t size) {
 }
 
 void read_apart(const std::string& name, std::size_t file_bytes, const std::function<void(ParcelWriter&)>& read,
-                const std::function<void(ParcelReader&)>& take) {
+                const std::function<void(ParcelReader&)>& take, unsigned least_seconds) {
   SharedMemory memory(name);
-  const rlim_t seconds = kSeconds + file_bytes / kBytesPerSecond;
+  const rlim_t seconds = least_seconds + file_bytes / kBytesPerSecond;
   const pid_t child = fork();
   if (child < 0) throw Error::in_file(name, 0, std::string("cannot be examined: ") + std::strerror(errno));
   if (child == 0) work(name, memory.descriptor(), file_bytes, seconds, read);

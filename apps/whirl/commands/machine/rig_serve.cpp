@@ -80,7 +80,8 @@ void add_rig_serve(CommandLine& rig, Session& session) {
   sub->add_option("--seed", o->serve.run.seed, "of the sensor noise");
   sub->add_option("--faults", o->faults, "scripted faults (TOML)")->input();
   sub->add_option("--io", o->io, "settings file to write")->output("settings")->show_default();
-  sub->add_option("--address", o->serve.address, "of the board; port 0: any free one")->show_default();
+  sub->add_option("--address", o->serve.address, "of the board, on this machine (127.x.x.x); port 0: any free one")
+      ->show_default();
   sub->add_option("--watchdog-ms", o->watchdog_ms, "silence after which the outputs go to zero")
       ->range(1, 1e4)
       ->show_default();

@@ -161,9 +161,8 @@ void find_electric(ChannelStudy& s) {
          {std::pair{1, VibrationCode::line_frequency}, std::pair{2, VibrationCode::twice_line_frequency}}) {
       if (find_line(s, blocks, multiple * mains, multiple, code)) continue;
       // An angle taken from the vibration follows the beat of 1X with a line beside it, which has a mirror then.
-      const auto beats = [&](const LineBlock& b) {
-        return std::abs(multiple * mains / b.turning() - 1) < kFollowedBeat;
-      };
+      const double line = multiple * mains;
+      const auto beats = [&, line](const LineBlock& b) { return std::abs(line / b.turning() - 1) < kFollowedBeat; };
       if (!s.phase && std::ranges::any_of(blocks, beats)) s.unjudged(code, UnjudgedReason::line_beside_1x);
     }
   }

@@ -64,9 +64,10 @@ class ParcelReader {
 
 /// Runs `read` in a process of its own with limits of computing time and memory, and `take` here on what it wrote: a
 /// damaged file makes the HDF5 library crash, read beyond its memory or wait without end, and then it is the other
-/// process. `file_bytes`, the size of the input, bounds time and output. Throws Error naming the input when that
-/// process does not come to its end, and what `read` throws, as Error.
+/// process. `file_bytes`, the size of the input, bounds time and output; `least_seconds` is the time that an empty file
+/// may take. Throws Error naming the input when that process does not come to its end, and what `read` throws, as
+/// Error.
 void read_apart(const std::string& name, std::size_t file_bytes, const std::function<void(ParcelWriter&)>& read,
-                const std::function<void(ParcelReader&)>& take);
+                const std::function<void(ParcelReader&)>& take, unsigned least_seconds = 20);
 
 }  // namespace whirl::io
