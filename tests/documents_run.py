@@ -217,6 +217,8 @@ def shell(command, seconds=300):
 
 BEFORE = {  # the command that needs it, and no other command of a document
     "whirl rotor criticals drawing.toml --to-rpm 6000": "whirl rotor new --template two-disc --out drawing.toml",
+    "whirl centrifuge check cent.toml spin.csv": "whirl rotor new --template centrifuge --out cent.toml && "
+                                                 "whirl rotor run cent.toml --from-rpm 30 --to-rpm 300 --seconds 30 --out spin.csv",
     "whirl run controller.json --fmu plant.fmu": "whirl export fmu model.json --mass-kg 1.5 --out plant && cp plant/*.fmu plant.fmu",
     "whirl info log.csv --header-line 3": logger,
     "whirl identify run.csv --drive voltage --inertia-kgm2 0.004 --out driven.json": drive_run,

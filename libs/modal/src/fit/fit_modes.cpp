@@ -208,7 +208,9 @@ namespace {
 
 // Where modes of heavy damping show, they are fitted by model order. What that leaves unexplained may be scatter, an
 // amplitude or a loss factor: then the usual fit is tried too, and the shorter description stays. Modes that overlap by
-// several widths show in no diagram: what the usual fit leaves of them is fitted by model order as well.
+// several widths show in no diagram: what the usual fit leaves of them is fitted by model order as well. That a
+// measured structure also leaves, by its amplitude or its windows, and more poles always shorten its description: modes
+// that no diagram shows are taken only where they leave nothing.
 Solution solve_any_damping(const FrequencyResponse& frf, const Band& band, const Band& equal, const Poles& start,
                            const ResidualTerms& terms, const ModeOptions& options) {
   if (options.damping == DampingChoice::hysteretic) return solve(band, equal, start, terms, options);
@@ -221,7 +223,8 @@ Solution solve_any_damping(const FrequencyResponse& frf, const Band& band, const
   const auto heavy = [&](Complex p) {
     return inside(band, p) && -p.real() > 0.5 * options.poles.max_damping * std::abs(p);
   };
-  const bool fits = damped && std::any_of(damped->state.poles.begin(), damped->state.poles.end(), heavy);
+  const bool fits = damped && std::any_of(damped->state.poles.begin(), damped->state.poles.end(), heavy) &&
+                    (!usual || damped->state.correlated <= kStructured);
   Solution solution;
   if (fits) {
     solution = solution_of(band, damped->state, damped->terms, true);
