@@ -74,12 +74,33 @@ Quantity reading_quantity(const std::string& path, const io::Table& table, const
   return first;
 }
 
+/// Refuses a header in which a column of a balancing table lacks its unit, with the name that it wants.
+void require_units(const std::string& path, const std::string& text) {
+  constexpr std::pair<std::string_view, std::string_view> kEndings[] = {
+      {"_amp", "_um (or _mil, _mm_s, _in_s, _g, _m_s2)"},
+      {"_phase", "_deg (or _rad)"},
+      {"_mass", "_gram (or _kg)"},
+      {"_angle", "_deg (or _rad)"}};
+  const std::string header = text.substr(0, text.find_first_of("\r\n"));
+  for (std::size_t begin = 0; begin <= header.size();) {
+    const std::size_t end = std::min(header.find_first_of(",;\t", begin), header.size());
+    const std::string_view name = std::string_view(header).substr(begin, end - begin);
+    for (const auto& [ending, unit] : kEndings)
+      if (name.ends_with(ending))
+        throw Error::in_file(path, 1, fmt::format("column '{0}' needs a unit: {0}{1}", name, unit));
+    begin = end + 1;
+  }
+}
+
 /// The table; one whose header is that of no balancing table is refused with the header wanted.
 io::Table read_runs(const std::string& path, const io::CsvOptions& options) {
   try {
     return io::read_table(path, options);
   } catch (const Error&) {
-    if (!std::filesystem::exists(path) || io::read_text(path).find("run_1") != std::string::npos) throw;
+    if (!std::filesystem::exists(path)) throw;
+    const std::string text = io::read_text(path);
+    require_units(path, text);
+    if (text.find("run_1") != std::string::npos) throw;
     throw Error::in_file(path, 1,
                          "a balancing table needs the header run_1,speed_rpm,PROBE_amp_um,PROBE_phase_deg,"
                          "PLANE_mass_gram,PLANE_angle_deg (one row per run and speed; PROBE and PLANE are your names, "
@@ -121,6 +142,10 @@ RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
     r.run = fmt::format("{:g}", run[i]);
     r.time = time != nullptr ? time->samples[i] : run[i];
     r.speed = speed != nullptr ? speed->samples[i] : 0;
+    if (r.speed < 0)
+      throw Error::in_file(
+          path, table.first_line + static_cast<long>(i),
+          "the speed is negative: it is counted without sign, and --angles and --phase state the sense");
     r.masses.resize(static_cast<Index>(raw.planes.size()));
     r.probes.resize(static_cast<Index>(raw.probes.size()));
     for (std::size_t p = 0; p < raw.planes.size(); ++p)
@@ -190,6 +215,8 @@ RawJob read_toml_job(const std::string& path, VectorConvention& v, bool may_be_e
   raw.unit = s.text("job.unit", "um", {"um", "mil", "mm_s", "in_s", "g", "m_s2"});
   raw.quantity = io::find_unit(raw.unit)->quantity;
   const std::vector<double> speeds = s.numbers("job.speeds", Quantity::angular_velocity, {0.0});
+  if (std::any_of(speeds.begin(), speeds.end(), [](double speed) { return speed < 0; }))
+    throw s.error("job.speeds", "a speed is negative: it is counted without sign, and job.angles states the sense");
   file.stated_speeds = speeds;
   file.plan = read_plan(s, v, raw.probes.size(), raw.quantity);
   if (s.count("run") == 0 && !may_be_empty) throw Error(path + ": no [[run]]");

@@ -66,6 +66,23 @@ TEST(BalancingQuantityUnit, MixedQuantitiesAndLimitsOfAnotherAreRefusedByName) {
 }
 
 // What was written in g or mil stands on the sheet in g or mil.
+TEST(BalancingQuantityUnit, AColumnWithoutUnitAndANegativeSpeedAreNamed) {
+  const auto error = [](std::string text, const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+    try {
+      (void)job_of(text);
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string("no error");
+  };
+  const std::string table = table_of("um", 1);
+  EXPECT_THAT(error(table, "A_amp_um", "A_amp"), HasSubstr(":1: column 'A_amp' needs a unit: A_amp_um"));
+  EXPECT_THAT(error(table, "P_mass_gram", "P_mass"), HasSubstr("column 'P_mass' needs a unit: P_mass_gram"));
+  EXPECT_THAT(error(table, "A_phase_deg", "A_phase"), HasSubstr("column 'A_phase' needs a unit: A_phase_deg"));
+  EXPECT_THAT(error(table, "2,1500", "2,-1500"), HasSubstr(":3: the speed is negative"));
+}
+
 TEST(BalancingQuantityUnit, TheSheetKeepsTheUnitOfTheReadings) {
   const SolvedJob g = solve_job("fan", job_of(table_of("g", 0.1)), {}),
                   mil = solve_job("fan", job_of(table_of("mil", 1)), {});
