@@ -20,13 +20,13 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 # File under test, its include root (None: a source), and the tests that must notice.
 TARGETS = {
     "gate": ("libs/rt/include/whirl/rt/safety.hpp", "libs/rt/include", ["libs/rt/test/safety_test.cpp"]),
-    "pace": ("libs/rt/include/whirl/rt/pace.hpp", "libs/rt/include", ["libs/rt/test/pace_test.cpp"]),
-    "loop": ("libs/rt/include/whirl/rt/loop.hpp", "libs/rt/include",
+    "pace": ("libs/rt/internal/whirl/rt/pace.hpp", "libs/rt/internal", ["libs/rt/test/pace_test.cpp"]),
+    "loop": ("libs/rt/internal/whirl/rt/loop.hpp", "libs/rt/internal",
              ["libs/rt/test/gap_test.cpp", "libs/rt/test/loop_test.cpp", "libs/rt/test/safety_test.cpp", "libs/rt/test/release_test.cpp",
               "libs/rt/test/pace_test.cpp"]),
     "sample_gate": ("libs/control/include/whirl/control/gate.hpp", "libs/control/include",
                     ["libs/control/test/gate_test.cpp"]),
-    "control_gate": ("libs/rt/include/whirl/rt/loop_control.hpp", "libs/rt/include", ["libs/rt/test/loop_control_test.cpp"]),
+    "control_gate": ("libs/rt/internal/whirl/rt/loop_control.hpp", "libs/rt/internal", ["libs/rt/test/loop_control_test.cpp"]),
     "units": ("libs/io/src/units.cpp", None, ["libs/io/test/hash_units_test.cpp"]),
     "laser": ("libs/rt/src/drivers/optoncdt.cpp", None, ["libs/rt/test/optoncdt_test.cpp"]),
     "board": ("libs/rt/src/drivers/udp_board.cpp", None, ["libs/rt/test/udp_board_test.cpp"]),
@@ -87,9 +87,10 @@ class Workshop:
 
     def __init__(self, build, folder):
         self.folder = folder
-        self.includes = [f"-I{d}" for d in sorted(ROOT.glob("libs/*/in[ct]*"))] + [f"-I{ROOT}/testing/include", "-I/usr/include/eigen3"]
+        roots = [d for kind in ("include", "internal") for d in sorted(ROOT.glob(f"libs/*/{kind}"))]
+        self.includes = [f"-I{d}" for d in roots] + [f"-I{ROOT}/testing/include", "-I/usr/include/eigen3"]
         self.libraries = []
-        for name in ("rt", "control", "rotor", "io", "expr", "core"):
+        for name in ("rt", "control", "rotor", "io", "records", "signal", "expr", "core"):
             self.libraries += [str(f) for f in build.glob(f"libs/{name}/libwhirl_{name}.a")]
         self.libraries += [str(f) for f in build.glob("testing/libwhirl_testing.a")]
         self.guard = [str(f) for f in build.glob("**/whirl_alloc_guard.dir/**/alloc_guard.cpp.o")]
@@ -109,7 +110,7 @@ class Workshop:
 
     def link(self, objects, to):
         command = ["g++", *objects, *self.guard, "-o", str(to), "-lgtest_main", "-lgtest", "-lgmock", *self.libraries, *self.libraries,
-                   "-lfmt", "-lcrypto", "-lz", "-lpugixml", "-ltomlplusplus", "-lsndfile", "-lpthread", "-ldl",
+                   "-lfmt", "-lfftw3", "-lcrypto", "-lz", "-lpugixml", "-ltomlplusplus", "-lsndfile", "-lpthread", "-ldl",
                    "-L/usr/lib/x86_64-linux-gnu/hdf5/serial", "-lhdf5"]
         if self.guard:
             command.append("-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc,--wrap=posix_memalign")

@@ -83,6 +83,23 @@ TEST(BalancingQuantityUnit, AColumnWithoutUnitAndANegativeSpeedAreNamed) {
   EXPECT_THAT(error(table, "2,1500", "2,-1500"), HasSubstr(":3: the speed is negative"));
 }
 
+TEST(BalancingQuantityUnit, ANegativeSpeedOfAJobIsNamed) {
+  const auto path = std::filesystem::temp_directory_path() / fmt::format("whirl_speed_{}.toml", ::getpid());
+  io::write_text(path,
+                 "[job]\nplanes = [\"P\"]\nprobes = [\"A\"]\nspeeds_rpm = [-1490]\n"
+                 "[[run]]\nmasses_gram = [0]\nangles_deg = [0]\namplitudes_um = [80]\nphases_deg = [40]\n");
+  VectorConvention convention;
+  std::string error = "no error";
+  try {
+    (void)read_job(path, convention, 0);
+  } catch (const Error& e) {
+    error = e.what();
+  }
+  std::filesystem::remove(path);
+  EXPECT_THAT(error, HasSubstr("a speed is negative"));
+  EXPECT_THAT(error, HasSubstr(":4"));
+}
+
 TEST(BalancingQuantityUnit, TheSheetKeepsTheUnitOfTheReadings) {
   const SolvedJob g = solve_job("fan", job_of(table_of("g", 0.1)), {}),
                   mil = solve_job("fan", job_of(table_of("mil", 1)), {});
