@@ -5,6 +5,7 @@
 #   make test        install dependencies, build, run the whole test suite
 #   make evidence    print the tables of docs/validation*.md anew, those whose program or inputs changed; TABLE=name: one of them
 #   make deb         build the Debian packages into build-deb/ (installs debhelper and mkdocs)
+#   make release     all that is published into release/: archive, packages, wheel, bill of materials, checksums
 #   make sanitize    the suite under AddressSanitizer and UndefinedBehaviorSanitizer;  make tsan: the threaded parts under ThreadSanitizer
 #   make docs        API reference (Doxygen)
 #   make tidy        .clang-tidy over every source (an hour of processor time; the suite checks the headers)
@@ -15,7 +16,7 @@ OUT ?= out/reproduce
 SEED ?= 1
 JOBS ?= $(shell nproc)
 
-.PHONY: all whirl deps deps-test configure build reproduce check test evidence sanitize tsan tidy docs deb bench clean
+.PHONY: all whirl deps deps-test configure build reproduce check test evidence sanitize tsan tidy docs deb release bench clean
 all: build
 
 deps:
@@ -59,6 +60,9 @@ sanitize: deps-test
 
 deb:
 	@tools/build-packages
+
+release:
+	@tools/release
 
 tsan: deps-test
 	@cmake --preset tsan > /dev/null

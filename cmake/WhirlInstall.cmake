@@ -32,7 +32,7 @@ set(package "${CMAKE_INSTALL_LIBDIR}/cmake/whirl")
 install(EXPORT whirl NAMESPACE whirl:: FILE whirlTargets.cmake DESTINATION ${package})
 configure_package_config_file(cmake/WhirlConfig.cmake.in "${PROJECT_BINARY_DIR}/whirlConfig.cmake"
   INSTALL_DESTINATION ${package})
-write_basic_package_version_file("${PROJECT_BINARY_DIR}/whirlConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/whirlConfigVersion.cmake" COMPATIBILITY SameMajorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/whirlConfig.cmake" "${PROJECT_BINARY_DIR}/whirlConfigVersion.cmake"
   DESTINATION ${package})
 configure_file(cmake/whirl.pc.in "${PROJECT_BINARY_DIR}/whirl.pc" @ONLY)

@@ -121,6 +121,9 @@ CLI::Validator file_that_exists() {
 
 int say_unknown(const std::string& what, const std::string& word, const std::vector<std::string>& names,
                 const CLI::App& app) {
+  std::error_code ec;
+  if (what == "subcommand" && std::filesystem::is_regular_file(word, ec))
+    return say(fmt::format("'{}' is a file, not a command; what it holds: whirl info {}", word, word), app, false);
   const std::string near = io::nearest(word, names);
   return near.empty() ? say(fmt::format("no {} '{}'", what, word), app, true)
                       : say(fmt::format("no {} '{}', did you mean '{}'?", what, word, near), app, false);

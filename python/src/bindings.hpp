@@ -43,5 +43,6 @@ void bind_sparse(py::module_& m);
 void bind_plants(py::module_& m);
 void bind_studies(py::module_& m);
 void bind_findings(py::module_& m);
+void bind_shaft(py::module_& m);
 
 }  // namespace whirl::python

@@ -34,6 +34,7 @@ PYBIND11_MODULE(_whirl, m) {
   bind_plants(m);
   bind_studies(m);
   bind_findings(m);
+  bind_shaft(m);
 }
 
 }  // namespace whirl::python

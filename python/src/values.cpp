@@ -191,6 +191,7 @@ void bind_summary(py::module_& m) {
       .def("__str__", [](const Finding& f) { return text(f); })
       .def("__repr__", [](const Finding& f) { return fmt::format("<whirl.Finding {}>", to_string(f.code)); });
   py::class_<Summary>(m, "Summary", "What every result carries beside its numbers")
+      .def(py::init<>())
       .def_readonly("status", &Summary::status)
       .def_readonly("residual", &Summary::residual)
       .def_readonly("condition_number", &Summary::condition_number)

@@ -114,3 +114,20 @@ def test_bad_input_is_named(call, message):
         call()
     with pytest.raises(TypeError):
         ps.SINDy().fit(np.ones((9, 2)))  # t is needed
+
+
+@pytest.mark.parametrize("make, instead", [
+    (lambda: ps.SINDy(feature_names=["x"]), "fit\\(x, t, feature_names"),
+    (lambda: ps.SINDy(discrete_time=True), "DiscreteSINDy"),
+    (lambda: ps.SINDy(t_default=0.1), "give t to fit"),
+    (lambda: ps.SINDy().fit([], 0.1, multiple_trajectories=True), "list of trajectories"),
+    (lambda: ps.SINDy().fit([], 0.1, ensemble=True), "EnsembleOptimizer"),
+    (lambda: ps.SINDy().fit([], 0.1, quiet=True), "leave it out"),
+])
+def test_arguments_of_earlier_versions_say_what_to_write(make, instead):
+    with pytest.raises(TypeError, match=f"PySINDy 1.x: .*{instead}"):
+        make()
+
+
+def test_the_version_is_that_of_the_names():
+    assert ps.__version__.startswith("2.1")

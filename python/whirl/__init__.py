@@ -94,6 +94,7 @@ from .results import (  # noqa: F401
 )
 from .sindy import SINDy  # noqa: F401
 from .studies import compare, decay, derive, margins, report, robustness, runup, simulate, sine, transient  # noqa: F401
+from . import rotor  # noqa: F401
 
 _display.install()
 

@@ -75,6 +75,7 @@ from .results import Robustness as Robustness
 from .results import RunUpPlan as RunUpPlan
 from .results import SineTest as SineTest
 from .results import Transient as Transient
+from . import rotor as rotor
 from .sindy import SINDy as SINDy
 from .studies import compare as compare
 from .studies import decay as decay

@@ -60,6 +60,7 @@ TEST(MisuseE2e, EveryWrongWordIsNamedWithWhatIsAllowed) {
       {"", "subcommand is missing; see whirl --help"},
       {"rig", "subcommand is missing; see whirl rig --help"},
       {"Info record.csv", "no subcommand 'Info', did you mean 'info'?"},
+      {"record.csv", "'record.csv' is a file, not a command; what it holds: whirl info record.csv"},
       {"info", "FILE is missing; see whirl info --help"},
       {"info record.csv pull.csv", "not expected: pull.csv; see whirl info --help"},
       {"info --josn record.csv", "no flag '--josn', did you mean '--json'?"},

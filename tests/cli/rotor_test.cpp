@@ -1,4 +1,8 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
 
 #include "program.hpp"
 #include "whirl/io/csv.hpp"
@@ -76,9 +80,76 @@ TEST(RotorE2e, CentrifugeCheckAndLimits) {
   const Outcome limits = folder.whirl("centrifuge limits rotor.toml --to-rpm 2000 --out limits.csv --json --quiet");
   ASSERT_EQ(limits.exit_code, 0) << limits.err;
   EXPECT_EQ(io::read_table(folder / "limits.csv").rows(), 200);
-  const Outcome none = folder.whirl("centrifuge check rotor.toml spinup.csv --sensor housing");
+  const Outcome none = folder.whirl("centrifuge check rotor.toml spinup.csv --sensor lid");
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_NE(none.err.find("--sensor"), std::string::npos) << none.err;
+}
+
+// Mounts that soften by 4 % over three runs with noise of 30 dB; the other mount and the damping stay.
+TEST(RotorE2e, TrendFindsTheSupportThatSoftens) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rotor new --template two-disc --out drawing.toml").exit_code, 0);
+  const std::string drawing = slurp(folder / "drawing.toml") + "\n[[unbalance]]\nposition_mm = 1000\nsize_gmm = 60\n";
+  folder.write("drawing.toml",
+               drawing + "\n[fit]\nmaterial_damping = false\n[fit.tolerance]\nprobe_gain_percent = 5\n");
+  std::string runs;
+  for (int k = 0; k < 3; ++k) {
+    std::string text = drawing;
+    const std::string from = "stiffness_x_N_m = 1e6";
+    text.replace(text.find(from), from.size(), fmt::format("stiffness_x_N_m = {:g}", 1e6 * (1 - 0.02 * k)));
+    folder.write("machine.toml", text);
+    ASSERT_EQ(folder
+                  .whirl(fmt::format("rotor run machine.toml --from-rpm 300 --to-rpm 3500 --seconds 20 --noise-db 30 "
+                                     "--seed {} --out run{}.csv",
+                                     70 + k, k))
+                  .exit_code,
+              0);
+    runs += fmt::format(" run{}.csv", k);
+  }
+  const Outcome outcome = folder.whirl("rotor trend drawing.toml" + runs + " --json --quiet");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const io::Json document = io::parse_json(outcome.out, "stdout");
+  for (const io::JsonReader& row : io::JsonReader(document, "stdout").at("unknowns").items()) {
+    const bool softens = row.at("name").text() == "stiffness x of left";
+    EXPECT_EQ(row.at("changed").flag(), softens) << outcome.out;
+    const std::vector<double> interval = row.at("change").at("ci95").numbers();
+    EXPECT_LE(interval[0], softens ? -0.04 : 0) << row.at("name").text();
+    EXPECT_GE(interval[1], softens ? -0.04 : 0) << row.at("name").text();
+  }
+  EXPECT_EQ(folder.whirl("rotor trend drawing.toml run0.csv").exit_code, 2);
+}
+
+// The acceleration found is tried by another command: it keeps the limit, and three quarters of it do not.
+TEST(RotorE2e, CentrifugeRunUpNeedsWhatItSays) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rotor new --template centrifuge --out rotor.toml").exit_code, 0);
+  const Outcome outcome = folder.whirl("centrifuge runup rotor.toml --to-rpm 3000 --limit-um 500 --json --quiet");
+  const io::Json document = io::parse_json(outcome.out, "stdout");
+  const io::JsonReader in(document, "stdout");
+  // Half of 400 g of tubes stands on the buckets, with 3 g at 90 mm.
+  std::string text = slurp(folder / "rotor.toml");
+  text.replace(text.find("mass_gram = 10"), 14, "mass_gram = 3");
+  folder.write("loaded.toml", text +
+                                  "\n[[disc]]\nname = \"tubes\"\nposition_mm = 360\nmass_kg = 0.2\n"
+                                  "transverse_kgm2 = 8.1e-4\npolar_kgm2 = 1.62e-3\n");
+  int tried = 0;
+  for (const io::JsonReader& p : in.at("passages").items()) {
+    const double needed = p.at("needed").number_or_nan();
+    if (!(needed > 0)) continue;
+    ++tried;
+    for (const double part : {1.05, 0.75}) {
+      const double from = p.at("from").number(), to = p.at("to").number();
+      const Outcome run =
+          folder.whirl(fmt::format("rotor run loaded.toml --full --from-rpm {} --to-rpm {} --seconds {} --json --quiet",
+                                   from * 30 / M_PI, to * 30 / M_PI, (to - from) / (part * needed)));
+      const io::Json motion = io::parse_json(run.out, "stdout");
+      double most = 0;
+      for (const io::JsonReader& peak : io::JsonReader(motion, "stdout").at("stations").items())
+        if (peak.at("name").text() != "tubes") most = std::max(most, peak.at("peak").number());
+      EXPECT_EQ(most <= 500e-6, part > 1) << "needed " << needed << ", " << part << ": " << most;
+    }
+  }
+  EXPECT_GT(tried, 0) << outcome.out;
 }
 
 TEST(RotorE2e, CriticalsOfTheTwoDiscRotor) {

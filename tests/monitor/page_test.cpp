@@ -82,6 +82,22 @@ TEST_F(MonitorPageE2e, ShowsARunningLoopWithNothingFromOutside) {
       << browser.text("rate");
   EXPECT_TRUE(browser.wait("document.getElementById('alarm').textContent.includes('x above limit')"));
 
+  // Overall vibration is first: 0.158 mm of 1X at 900 rpm against a limit of 1 um.
+  EXPECT_EQ(browser.evaluate("document.querySelector('main > section h2').firstChild.textContent.trim()"), "Overall");
+  const std::string level = "document.querySelector('#levels li')";
+  EXPECT_TRUE(browser.wait("/^0\\.1[567][0-9]* mm$/.test(" + level + ".children[1].textContent)"))
+      << browser.evaluate(level + ".textContent");
+  EXPECT_TRUE(browser.wait(level + ".className === 'over'"));
+  browser.evaluate(
+      "{const s = document.getElementById('level-kind'); s.value = 'p-p'; s.dispatchEvent(new Event('change'))}");
+  EXPECT_TRUE(browser.wait("/^0\\.3[0-4][0-9]* mm$/.test(" + level + ".children[1].textContent)"))
+      << browser.evaluate(level + ".textContent");
+  // The vector of the steady speed taken off leaves nothing of it.
+  browser.click("#slow-roll");
+  EXPECT_TRUE(browser.wait("/1X [0-9.]+ µm/.test(" + level + ".children[3].textContent)"))
+      << browser.evaluate(level + ".textContent");
+  EXPECT_THAT(browser.text("slow-roll-state"), HasSubstr("of 16 turns at 900 rpm"));
+
   for (const std::string& address : browser.requests()) {
     EXPECT_THAT(address, AnyOf(StartsWith(live.page()), StartsWith("ws://" + live.host() + "/"), StartsWith("data:")));
   }
@@ -96,6 +112,11 @@ TEST_F(MonitorPageE2e, ShowsARunningLoopWithNothingFromOutside) {
   browser.resize(820, 1180, true);
   EXPECT_TRUE(browser.wait("document.documentElement.scrollWidth <= innerWidth")) << "wider than a tablet";
   browser.screenshot(kPictures / "loop-tablet.png");
+  browser.resize(390, 844, true);
+  EXPECT_TRUE(browser.wait("document.documentElement.scrollWidth <= innerWidth")) << "wider than a phone";
+  EXPECT_TRUE(browser.wait("document.getElementById('levels').getBoundingClientRect().top < innerHeight"))
+      << "a phone shows the levels only after scrolling";
+  browser.screenshot(kPictures / "loop-phone.png");
   EXPECT_THAT(browser.complaints(), IsEmpty());
 }
 

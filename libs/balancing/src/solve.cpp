@@ -161,12 +161,19 @@ double phase_of(std::complex<double> vector, const JobFile& file) {
   return file.job.phases ? std::arg(vector) * file.convention.phase_sign() : kNaN;
 }
 
-/// |reading| by row; without interval where there are no phases.
+/// |reading| by row; without interval where there are no phases. What a solved equation leaves of its rounding is 0.
 std::vector<Estimate> readings_with(const Balanced& b, const Eigen::VectorXcd& masses) {
-  if (!b.amplitudes) return diagnosis::predicted_residual(b.fit, masses);
+  constexpr double kRounding = 1e-9;  // of the largest reading as found
   std::vector<Estimate> readings;
-  const Eigen::VectorXcd vectors = b.fit.baseline + b.fit.influence * masses;
-  for (const std::complex<double> z : vectors) readings.push_back({std::abs(z), kNaN, kNaN, kNaN});
+  if (b.amplitudes) {
+    const Eigen::VectorXcd vectors = b.fit.baseline + b.fit.influence * masses;
+    for (const std::complex<double> z : vectors) readings.push_back({std::abs(z), kNaN, kNaN, kNaN});
+  } else {
+    readings = diagnosis::predicted_residual(b.fit, masses);
+  }
+  const double largest = b.fit.baseline.cwiseAbs().maxCoeff();
+  for (Estimate& r : readings)
+    if (r.value < kRounding * largest) r.value = 0;
   return readings;
 }
 
@@ -187,7 +194,38 @@ void add_left_out(BalancingSheet& sheet, const JobFile& file, const diagnosis::I
   sheet.left_out_share = out.share;
 }
 
-/// Other masses that the lengths allow, as places a fitter can go to.
+/// The masses of each plane, as places a fitter can go to.
+std::vector<BalancingSheet::OtherMass> places_to_go(const JobFile& file, const std::vector<int>& planes,
+                                                    const Eigen::VectorXcd& masses) {
+  std::vector<BalancingSheet::OtherMass> out;
+  for (Index p = 0; p < masses.size(); ++p)
+    out.push_back({file.job.planes[static_cast<std::size_t>(planes[static_cast<std::size_t>(p)])], std::abs(masses[p]),
+                   written_angle(std::arg(masses[p]), file.convention.angle_sign()) * kRadPerDegree});
+  return out;
+}
+
+std::string text_of(const std::vector<BalancingSheet::OtherMass>& masses) {
+  std::string text;
+  for (const BalancingSheet::OtherMass& m : masses)
+    text += fmt::format("{}{:.3g} g at {:.0f} deg on {}", text.empty() ? "" : " with ", m.mass * 1e3,
+                        m.angle / kRadPerDegree, m.plane);
+  return text;
+}
+
+/// Vectors and masses counted in opposite senses mirror the answer. Where nobody stated the sense and the runs do not
+/// tell it, both answers are said.
+void add_other_sense(BalancingSheet& sheet, const JobFile& file, const JobOptions& o) {
+  if (file.convention.sense_stated || !file.job.phases) return;
+  JobFile other = file;
+  other.convention.angles = file.convention.angles == "with" ? "against" : "with";
+  for (diagnosis::BalancingRun& run : other.job.runs) run.masses = run.masses.conjugate().eval();
+  const Balanced mirrored = solve(other, o);
+  if (mirrored.fit.angles_reversed) return;  // the runs tell
+  const auto masses = places_to_go(other, mirrored.planes, mirrored.correction.masses);
+  sheet.summary.add({FindingCode::sense_not_stated, Consequence::warning, {}, text_of(masses)});
+}
+
+/// Other masses that the lengths allow.
 void add_other_answers(BalancingSheet& sheet, const JobFile& file, const JobOptions& o, const Balanced& b) {
   if (!b.amplitudes) return;
   std::string text;
@@ -197,17 +235,8 @@ void add_other_answers(BalancingSheet& sheet, const JobFile& file, const JobOpti
     problem.vibration = b.amplitudes->or_baseline[k];
     const Eigen::VectorXcd w =
         diagnosis::solve_correction(problem, o.criterion.value_or(diagnosis::Criterion::least_squares)).masses;
-    std::vector<BalancingSheet::OtherMass> masses;
-    for (Index p = 0; p < w.size(); ++p) {
-      masses.push_back({file.job.planes[static_cast<std::size_t>(b.planes[static_cast<std::size_t>(p)])],
-                        std::abs(w[p]), written_angle(std::arg(w[p]), file.convention.angle_sign()) * kRadPerDegree});
-      text += fmt::format("{}{:.3g} g at {:.0f} deg on {}",
-                          text.empty() ? ""
-                          : p > 0      ? " with "
-                                       : ", or ",
-                          masses.back().mass * 1e3, masses.back().angle / kRadPerDegree, masses.back().plane);
-    }
-    sheet.other_answers.push_back(std::move(masses));
+    sheet.other_answers.push_back(places_to_go(file, b.planes, w));
+    text += (text.empty() ? "" : ", or ") + text_of(sheet.other_answers.back());
   }
   if (text.empty()) return;
   sheet.summary.add({FindingCode::answer_ambiguous,
@@ -267,6 +296,7 @@ BalancingSheet sheet_of(const std::string& title, const JobFile& file, const Job
   sheet.bound = b.correction.bound * amplitude;
   sheet.summary = b.fit.summary;
   add_other_answers(sheet, file, o, b);
+  add_other_sense(sheet, file, o);
   warn_of_differing_rates(file, sheet.summary);
   return sheet;
 }

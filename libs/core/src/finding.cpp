@@ -40,6 +40,7 @@ constexpr std::array kCodes{
     CodeText{FindingCode::runs_undecided, "runs_undecided", ""},
     CodeText{FindingCode::angles_reversed, "angles_reversed", ""},
     CodeText{FindingCode::scatter_unknown, "scatter_unknown", ""},
+    CodeText{FindingCode::sense_not_stated, "sense_not_stated", ""},
     CodeText{FindingCode::answer_ambiguous, "answer_ambiguous", ""},
     CodeText{FindingCode::requirement_missed, "requirement_missed", ""},
     CodeText{FindingCode::sliding_bound_missed, "sliding_bound_missed", ""},
@@ -86,6 +87,12 @@ std::string balancing_text(const Finding& f) {
     case FindingCode::scatter_unknown:
       return "no run repeats another: the scatter is not known and no interval can be given; repeat the "
              "run as found, or state the noise";
+    case FindingCode::sense_not_stated:
+      return fmt::format(
+          "--phase and --angles are not both stated: phases are taken as lag, mass angles as counted with the "
+          "rotation. "
+          "If one of the two is the other way, the answer is {}",
+          f.where);
     case FindingCode::answer_ambiguous:
       return fmt::format("the amplitudes fit other masses as well: {}; one run with these masses decides", f.where);
     default:

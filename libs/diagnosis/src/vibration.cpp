@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/signal/spectrum.hpp"
 
 namespace whirl::diagnosis {
@@ -25,17 +26,34 @@ bool describe(const VectorXd& x, ChannelVibration& out) {
   return true;
 }
 
+/// Frequency of the tone near line `near`: the lines of a Hann window beside the largest one tell where between them it
+/// lies (Grandke 1983). A flat top's lines are alike by design and tell nothing.
+double tone_frequency(const VectorXd& motion, double dt, Index block, Index near) {
+  constexpr Index kReach = 5;  // lines of a flat top's main lobe
+  const signal::AmplitudeSpectrum s =
+      signal::amplitude_spectrum(motion, dt, {.window = signal::Window::hann, .block = block});
+  const Index first = std::max<Index>(near - kReach, 1), end = std::min(near + kReach + 1, s.amplitude.size() - 1);
+  if (first >= end) return s.frequency[near];
+  Index at = 0;
+  s.amplitude.segment(first, end - first).maxCoeff(&at);
+  at += first;
+  const double left = s.amplitude[at - 1], right = s.amplitude[at + 1], ratio = std::max(left, right) / s.amplitude[at];
+  const double shift = std::clamp((2 * ratio - 1) / (ratio + 1), 0.0, 0.5);
+  return s.frequency[at] + (right > left ? shift : -shift) * (s.frequency[1] - s.frequency[0]);
+}
+
 void find_largest_line(const VectorXd& x, double dt, ChannelVibration& out) {
   const Index block = std::min(x.size(), static_cast<Index>(std::lround(kLongestBlock / dt)));
   if (block < 16) return;
+  const VectorXd motion = x.array() - out.mean;
   const signal::AmplitudeSpectrum s =
-      signal::amplitude_spectrum(x.array() - out.mean, dt, {.window = signal::Window::flat_top, .block = block});
+      signal::amplitude_spectrum(motion, dt, {.window = signal::Window::flat_top, .block = block});
   Index at = 0;
   // The flat top states amplitudes between lines too; its first lines hold the slowest motion of the block.
   const Index first = 6, lines = s.amplitude.size() - first;
   if (lines < 1) return;
   out.line = s.amplitude.tail(lines).maxCoeff(&at);
-  out.frequency = out.line > 0 ? s.frequency[at + first] : 0;
+  out.frequency = out.line > 0 ? tone_frequency(motion, dt, block, at + first) : 0;
 }
 
 SynchronousPart synchronous_part(const signal::SynchronousCurve& curve, bool steady) {
@@ -49,6 +67,14 @@ SynchronousPart synchronous_part(const signal::SynchronousCurve& curve, bool ste
 
 bool at_one_speed(const Rotation& rotation) {
   return rotation.speed.maxCoeff() - rotation.speed.minCoeff() <= 2 * kOneSpeed * rotation.speed.mean();
+}
+
+HousingZone housing_zone(const ChannelVibration& channel, const MachineClass& machine) {
+  const signal::BandLevel& level = *channel.housing;
+  const std::optional<SynchronousPart>& first = channel.synchronous;
+  const bool part = level.high < signal::Band{}.high || (first && first->steady && first->speed < kTwoPi * level.low);
+  const char zone = housing_vibration_zone(level.rms, machine);
+  return {zone, part && zone != 'D'};
 }
 
 bool of_a_housing(const Channel& channel, const Recording& record) {

@@ -4,6 +4,8 @@
 
 #include <numbers>
 
+#include "whirl/diagnosis/vibration.hpp"
+
 namespace {
 constexpr double kRpm = 2 * std::numbers::pi / 60;
 
@@ -32,6 +34,26 @@ TEST(StandardsReference, SweepRateFromOneVectorPerRevolution) {
   const auto a = whirl::diagnosis::amplification(curve);
   ASSERT_TRUE(a.has_value());
   EXPECT_NEAR(a->sweep_rate, alpha, 1e-9);
+}
+
+TEST(StandardsReference, AZoneWithAPartOfItsBandMissingIsALowerBound) {
+  const whirl::diagnosis::MachineClass machine{2, true};
+  whirl::diagnosis::ChannelVibration v;
+  v.housing = whirl::signal::BandLevel{.rms = 1e-3, .low = 10, .high = 1000};
+  const auto zone = [&] { return whirl::diagnosis::housing_zone(v, machine); };
+  EXPECT_EQ(zone().zone, 'A');
+  EXPECT_FALSE(zone().at_least);
+  v.housing->high = 500;  // sampled at 1 kHz
+  EXPECT_TRUE(zone().at_least);
+  v.housing->high = 1000;
+  v.synchronous = whirl::diagnosis::SynchronousPart{1e-3, 500 * kRpm, true};  // 8.3 Hz: below the band
+  EXPECT_TRUE(zone().at_least);
+  v.synchronous->speed = 1500 * kRpm;
+  EXPECT_FALSE(zone().at_least);
+  v.housing->high = 500;
+  v.housing->rms = 0.1;
+  EXPECT_EQ(zone().zone, 'D');
+  EXPECT_FALSE(zone().at_least);  // there is no worse one
 }
 
 TEST(StandardsReference, LimitsAsQuoted) {

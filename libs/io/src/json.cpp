@@ -382,11 +382,12 @@ Finding read_finding(const JsonReader& in) {
   Finding f;
   f.code = read_code(
       in.at("code"),
-      {motion_unexplained, model_error,       held_out_not_predicted, held_out_diverges,     held_out_missed,
-       held_out_not_tried, parameter_differs, parts_differ,           term_too_large,        inertia_impossible,
-       model_not_trusted,  part_left_out,     readings_differ,        held_out_cannot_check, work_limit,
-       freedom_spent,      option_not_taken,  not_repeatable,         run_contradicted,      runs_undecided,
-       angles_reversed,    scatter_unknown,   answer_ambiguous,       requirement_missed,    sliding_bound_missed},
+      {motion_unexplained,  model_error,       held_out_not_predicted, held_out_diverges,     held_out_missed,
+       held_out_not_tried,  parameter_differs, parts_differ,           term_too_large,        inertia_impossible,
+       model_not_trusted,   part_left_out,     readings_differ,        held_out_cannot_check, work_limit,
+       freedom_spent,       option_not_taken,  not_repeatable,         run_contradicted,      runs_undecided,
+       angles_reversed,     scatter_unknown,   sense_not_stated,       answer_ambiguous,      requirement_missed,
+       sliding_bound_missed},
       "finding");
   f.consequence =
       read_code(in.at("consequence"),

@@ -184,6 +184,8 @@ Settings parse_settings(std::string_view text, std::string_view name) {
   Settings settings;
   Settings::State& state = *settings.state_;
   state.source = name;
+  if (const auto first = text.find_first_not_of(" \t\r\n"); first != text.npos && text[first] == '{')
+    throw Error::in_file(name, 1, "is JSON; must be TOML (lines of name = value)");
   try {
     state.load(toml::parse(text), "");
   } catch (const toml::parse_error& e) {

@@ -1,6 +1,6 @@
 // What a viewer chose to see: panels, channels, windows. The browser keeps it for the next time, and nothing else.
 const byId = (id) => document.getElementById(id);
-const KEY = "whirl.layout", FIELDS = ["window", "range", "orbit-span", "orbit-raw", "orbit-1x", "phase-kind", "runs-over"];
+const KEY = "whirl.layout", FIELDS = ["window", "range", "orbit-span", "orbit-raw", "orbit-1x", "phase-kind", "runs-over", "level-kind"];
 
 function read() {
   try {

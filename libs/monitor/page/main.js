@@ -6,6 +6,7 @@ import { timePanels, makeMovable, view } from "./time_panels.js";
 import { orbitPanels } from "./orbit_panels.js";
 import { spectrumPanels } from "./spectrum_panels.js";
 import { speedPanels } from "./speed_panels.js";
+import { levelPanels, startLevels } from "./level_panel.js";
 import { runsPanels } from "./runs_panel.js";
 import { loopPanels, showStatus, addLog } from "./loop_panels.js";
 import { startControls, showControls, showProgress } from "./controls.js";
@@ -13,7 +14,7 @@ import { startLayout } from "./layout.js";
 import { startOpen, showOpen } from "./open.js";
 
 const byId = (id) => document.getElementById(id);
-const panels = { ...timePanels, ...orbitPanels, ...spectrumPanels, ...speedPanels, ...runsPanels, ...loopPanels };
+const panels = { ...timePanels, ...orbitPanels, ...spectrumPanels, ...speedPanels, ...runsPanels, ...loopPanels, ...levelPanels };
 const visible = new Set(), dirty = new Set(), drawnAt = {};
 const FAST = 20, SLOW = 200; // least ms between two drawings of what moves, and of what does not
 let drawn = -1, shown = -1, count = 0, busy = 0, since = performance.now(), begun = 0, rate = { frames: 0, milliseconds: 0 };
@@ -84,6 +85,7 @@ window.addEventListener("resize", redraw);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 startControls(redraw);
 startLayout(redraw);
+startLevels(redraw);
 startOpen();
 byId("runs-over").addEventListener("change", redraw);
 connect({

@@ -12,6 +12,7 @@ export const store = {
   stream: null, status: null,
   chunks: [], values: 0,      // time: {t, dt, n, pairs, data: Float32Array per channel}
   recent: [], spectrum: null, full: null, waterfall: [], turns: [],
+  slowRoll: null,             // vector a tracked channel that is taken off, or null
   time: 0, arrival: 0, missed: 0, dropped: 0, connected: false, log: [],
 };
 let lastSeq = null;
@@ -25,7 +26,7 @@ export function connectedAnew() {
 export function describe(message) {
   const same = store.stream && store.stream.opened === message.opened && store.stream.name === message.name && store.stream.channels.length === message.channels.length;
   store.stream = message;
-  if (!same) Object.assign(store, { chunks: [], values: 0, recent: [], turns: [] });
+  if (!same) Object.assign(store, { chunks: [], values: 0, recent: [], turns: [], slowRoll: null });
   Object.assign(store, { spectrum: null, full: null, waterfall: [] });
 }
 /** Last sample of a channel, or NaN. */
@@ -49,12 +50,20 @@ export function directionAt(turns, i) {
   const before = turns[Math.max(0, i - 8)], turn = turns[i], change = before ? (turn.rpm - before.rpm) / Math.max(turn.rpm, 1) : 0;
   return before && turn.t - before.t < 3 ? (change > 0.004 ? 1 : change < -0.004 ? -1 : 0) : 0;
 }
+const without = (measured) => (store.slowRoll ? measured.map(([re, im], k) => [re - store.slowRoll[k][0], im - store.slowRoll[k][1]]) : measured);
+/** Takes the mean vector of the last `count` turns off all turns, those to come too; 0: none any more. Their speed in rpm, or null. */
+export function setSlowRoll(count) {
+  const slow = count > 0 ? store.turns.slice(-count) : [], mean = (f) => slow.reduce((sum, t) => sum + f(t), 0) / slow.length;
+  store.slowRoll = slow.length ? slow[0].measured.map((_, k) => [mean((t) => t.measured[k][0]), mean((t) => t.measured[k][1])]) : null;
+  for (const t of store.turns) t.vectors = without(t.measured);
+  return slow.length ? mean((t) => t.rpm) : null;
+}
 function addTurns(t, data, channels, n) {
   const armed = latest(channelIndex("armed"));
   for (let i = 0; i < n; ++i) {
-    const vectors = [];
-    for (let c = 2; c + 1 < channels; c += 2) vectors.push([data[c][i], data[c + 1][i]]);
-    store.turns.push({ t: t + data[1][i], rpm: Math.abs(data[0][i]) / RPM, open: armed < 0.5, vectors });
+    const measured = [];
+    for (let c = 2; c + 1 < channels; c += 2) measured.push([data[c][i], data[c + 1][i]]);
+    store.turns.push({ t: t + data[1][i], rpm: Math.abs(data[0][i]) / RPM, open: armed < 0.5, measured, vectors: without(measured) });
     store.turns[store.turns.length - 1].direction = directionAt(store.turns, store.turns.length - 1);
   }
   if (store.turns.length > MOST_TURNS) store.turns.splice(0, store.turns.length - MOST_TURNS);

@@ -57,8 +57,7 @@ class RunReport {
       if (const RunVibration* worst = worst_housing(name)) {
         v.velocity = worst->channel.housing->rms;
         v.housing_channel = worst->channel.channel;
-        if (o_.machine && !changes_speed(*worst))
-          v.housing_zone = diagnosis::housing_vibration_zone(v.velocity, *o_.machine);
+        if (o_.machine && !changes_speed(*worst)) v.housing_zone = diagnosis::housing_zone(worst->channel, *o_.machine);
       }
     }
     doc_.section("Verdict");
@@ -141,9 +140,11 @@ class RunReport {
                      text + ". The speed of the run changes: the zones apply to steady running.");
         continue;
       }
-      const char zone = diagnosis::housing_vibration_zone(level, *o_.machine);
-      doc_.callout(zone < 'C' ? Callout::Kind::agrees : Callout::Kind::warning, "Housing vibration of " + name,
-                   fmt::format("{}: zone {} of ISO 20816-3, {}.", text, zone, diagnosis::to_string(*o_.machine)));
+      const diagnosis::HousingZone zone = diagnosis::housing_zone(worst->channel, *o_.machine);
+      doc_.callout(
+          zone.zone < 'C' && !zone.at_least ? Callout::Kind::agrees : Callout::Kind::warning,
+          "Housing vibration of " + name,
+          fmt::format("{}: zone {} of ISO 20816-3, {}.", text, zone_text(zone), diagnosis::to_string(*o_.machine)));
     }
     return any;
   }

@@ -212,6 +212,31 @@ void choose_coordinate(const std::string& name, const IdentifiedModel& model, co
   found.coordinate = *at;
 }
 
+/// Every answer at the speeds asked for: where a curve crosses the speed, from there by Newton.
+void add_answers(const response::PeriodicSystem& system, const SteadyOptions& o, SteadyResponse& found) {
+  const auto look_in = [&](const response::ResponseCurve& curve, double omega) {
+    for (std::size_t k = 1; k < curve.points.size(); ++k) {
+      const response::CurvePoint &one = curve.points[k - 1], &next = curve.points[k];
+      const double before = omega - one.solution.omega, step = next.solution.omega - one.solution.omega;
+      // A crossing belongs to the point before it, the last point of a curve to the last step.
+      const bool last = k + 1 == curve.points.size() && before == step;
+      if (step == 0 || before / step < 0 || (before / step >= 1 && !last)) continue;
+      const response::CurvePoint& near = before / step < 0.5 ? one : next;
+      response::PeriodicSolution s = near.solution;
+      s.omega = omega;
+      if (!response::solve_periodic(system, s)) continue;
+      found.answers.push_back({omega, found.amplitude(found.turning ? seen(s, found.rotor) : s), near.stable});
+    }
+  };
+  const double low = std::min(o.curve.from, o.curve.to), high = std::max(o.curve.from, o.curve.to);
+  for (const double omega : o.at) {
+    require_range("--at-rpm", omega / kRadPerSecPerRpm, low / kRadPerSecPerRpm, high / kRadPerSecPerRpm, "rpm");
+    look_in(found.curve, omega);
+    for (const auto* others : {&found.branches, &found.isolas})
+      for (const response::ResponseCurve& other : *others) look_in(other, omega);
+  }
+}
+
 void warn_of_extrapolation(SteadyResponse& found) {
   std::size_t beyond = 0;
   for (const response::CurvePoint& p : found.curve.points)
@@ -261,6 +286,7 @@ SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions o) {
     found.isolas = response::find_isolas(free, found.curve, found.turning ? 1 : o.amplitude, o.curve, found.branches);
   }
   add_band(model, forced, system, force, o, found);
+  add_answers(system, o, found);
   if (o.peaks_to > 0) found.peaks = peaks_of(forced.model, o, found);
   if (found.turning) {
     see(forced.rotor, found.curve);

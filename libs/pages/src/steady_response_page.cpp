@@ -198,6 +198,12 @@ io::Json to_json(const SteadyResponse& f) {
       list.push(branch.set("summary", whirl::to_json(other.summary)));
     }
   out.set("branches", std::move(list));
+  if (!f.answers.empty()) {
+    io::Json answers = io::Json::array();
+    for (const SteadyAnswer& a : f.answers)
+      answers.push(io::Json::object().set("speed", a.omega).set("amplitude", a.amplitude).set("stable", a.stable));
+    out.set("answers", std::move(answers));
+  }
   if (f.peaks) out.set("peaks", peak_json(*f.peaks));
   return out.set("summary", whirl::to_json(f.summary));
 }

@@ -10,6 +10,7 @@
 #include "whirl/diagnosis/rotation.hpp"
 #include "whirl/diagnosis/standards.hpp"
 #include "whirl/pages/text/findings.hpp"
+#include "whirl/pages/vibration_tables.hpp"
 #include "whirl/report/format.hpp"
 
 namespace whirl::pages {
@@ -59,7 +60,7 @@ std::string next_steps(const Verdict& v) {
   const auto add = [&](std::string step) {
     if (!step.empty() && std::ranges::count(steps, step) == 0) steps.push_back(std::move(step));
   };
-  const char worst = std::max(v.zone, v.housing_zone);
+  const char worst = std::max(v.zone, v.housing_zone ? v.housing_zone->zone : '\0');
   if (worst == 'D') add("stop or limit the speed: zone D may damage the machine");
   // 1X alone asks for balancing where the zone does.
   for (const auto* f : told(v))
@@ -105,7 +106,7 @@ report::Table verdict_table(const std::vector<Verdict>& verdicts, const Signatur
       standard.push_back(fmt::format("ISO 20816-3 housing: {} (channel {}){}",
                                      report::format_amplitude(v.velocity, AmplitudeKind::rms, Quantity::velocity),
                                      v.housing_channel, v.housing_zone ? "" : ", no zone: see findings"));
-      if (v.housing_zone) zone.emplace_back(1, v.housing_zone);
+      if (v.housing_zone) zone.push_back(zone_text(*v.housing_zone));
     }
     const auto joined = [](const std::vector<std::string>& parts) {
       return parts.empty() ? std::string("–") : fmt::format("{}", fmt::join(parts, "; "));

@@ -43,6 +43,7 @@ TEST(CentrifugeReference, ARecordWithoutNoiseGivesTheImbalance) {
   EXPECT_NEAR(c.imbalance.value, 8e-3, 8e-5);
   EXPECT_NEAR(c.angle.value, 100 * kRadPerDegree, 0.01);
   EXPECT_LT(c.decided_at, 0.5 * c.first_critical);
+  EXPECT_EQ(c.summary.status, Status::ok) << c.misfit_deviations;
 }
 
 TEST(CentrifugeReference, TheBucketAndItsChangeAreNamed) {
@@ -85,6 +86,7 @@ TEST(CentrifugeReference, ADisturbanceThatDoesNotGrowIsRefused) {
                                  {centrifuge_sensors(job.rotor, job.centrifuge).front()});
   ASSERT_NE(c.summary.distrust(), nullptr) << c.misfit_deviations;
   EXPECT_EQ(c.summary.distrust()->code, FindingCode::model_error);
+  EXPECT_EQ(c.summary.status, Status::unusable);
 }
 
 TEST(CentrifugeProperty, ShorterRecordsSayThatTheyAreOpen) {

@@ -65,6 +65,36 @@ TEST(ResponseE2e, SlowRunsJumpAtTheFoldsOfTheCurve) {
   EXPECT_NEAR(jump("--from-rpm 1300 --to-rpm 900"), std::min(folds[0], folds[1]), 1.5);
 }
 
+// A circular orbit of radius r has ((k1 + k2 r^2 - w^2)^2 + (c w)^2) r^2 = (e w^2)^2: a cubic in r^2, scanned for its
+// roots. Between the folds it has three, of which the middle one is unstable.
+TEST(ResponseE2e, EveryAnswerAtASpeedIsListed) {
+  const Folder folder;
+  write_rotor(folder);
+  for (const double rpm : {800.0, 1130.0}) {
+    const double w = rpm * std::numbers::pi / 30;
+    const auto left = [&](double r) {
+      return (std::pow(8882.6 + 2e8 * r * r - w * w, 2) + std::pow(7.5 * w, 2)) * r * r - std::pow(3e-4 * w * w, 2);
+    };
+    std::vector<double> radii;
+    constexpr double kStep = 1e-7;
+    for (double r = kStep; r < 0.02; r += kStep)
+      if (left(r) * left(r + kStep) <= 0) radii.push_back(r);
+    const Outcome outcome = folder.whirl(fmt::format("response model.json --at-rpm {} --json", rpm));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const io::Json json = io::parse_json(outcome.out, "stdout");
+    std::vector<std::pair<double, bool>> found;
+    for (const io::JsonReader& a : io::JsonReader(json, "stdout").at("answers").items())
+      found.emplace_back(a.at("amplitude").number(), a.at("stable").flag());
+    std::ranges::sort(found);
+    ASSERT_EQ(found.size(), radii.size()) << rpm;
+    for (std::size_t k = 0; k < radii.size(); ++k) {
+      EXPECT_NEAR(found[k].first, radii[k], 1e-4 * radii[k]);
+      EXPECT_EQ(found[k].second, k != 1);
+    }
+  }
+  EXPECT_EQ(folder.whirl("response model.json --from-rpm 400 --to-rpm 900 --at-rpm 1000").exit_code, 2);
+}
+
 // The suggested rate is tried by another command of the program, on the model itself.
 TEST(RunUpE2e, TheSuggestedRateKeepsTheLimitAndALimitOutOfReachFails) {
   const Folder folder;

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/identify_json.hpp"
@@ -19,6 +21,7 @@ namespace {
 struct ResponseFlags {
   std::string model, out, figure, data, peak_figure;
   double from_rpm = 0, to_rpm = 0;
+  std::vector<double> at_rpm;
   pages::SteadyOptions steady;
 };
 
@@ -41,27 +44,46 @@ void say_branches(const pages::SteadyResponse& found, const ResponseFlags& o, Se
   if (o.steady.isolas && found.isolas.empty()) session.say("isolas             none found");
 }
 
-/// Peak, band, folds and branch points.
+/// Peak, band, folds and branch points of all curves.
 void say_curve(const pages::SteadyResponse& found, Session& session) {
-  const response::CurvePoint* peak = &found.curve.points.front();
-  std::size_t unstable = 0;
-  for (const response::CurvePoint& p : found.curve.points) {
-    if (found.amplitude(p.solution) > found.amplitude(peak->solution)) peak = &p;
-    unstable += !p.stable;
+  std::vector<const response::ResponseCurve*> curves{&found.curve};
+  for (const auto* others : {&found.branches, &found.isolas})
+    for (const response::ResponseCurve& other : *others) curves.push_back(&other);
+  const response::CurvePoint *peak = nullptr, *stable = nullptr;
+  std::size_t points = 0, unstable = 0;
+  const auto size = [&](const response::CurvePoint* p) { return p == nullptr ? -1 : found.amplitude(p->solution); };
+  for (const response::ResponseCurve* curve : curves) {
+    for (const response::CurvePoint& p : curve->points) {
+      if (size(&p) > size(peak)) peak = &p;
+      if (p.stable && size(&p) > size(stable)) stable = &p;
+      ++points;
+      unstable += !p.stable;
+    }
   }
-  session.say(fmt::format("largest response   {} at {:.0f} rpm{}",
-                          found.amplitude_text(found.amplitude(peak->solution)),
-                          peak->solution.omega / kRadPerSecPerRpm, peak->stable ? "" : " (unstable there)"));
+  const auto say_largest = [&](const char* what, const response::CurvePoint& p, const char* note) {
+    session.say(fmt::format("{:<18} {} at {:.0f} rpm{}", what, found.amplitude_text(found.amplitude(p.solution)),
+                            p.solution.omega / kRadPerSecPerRpm, note));
+  };
+  say_largest("largest response", *peak, peak->stable ? "" : " (unstable there)");
+  if (stable != nullptr && stable != peak) say_largest("largest stable one", *stable, "");
   if (found.band)
     session.say(fmt::format("95 % interval      {} to {} (over the model's covariance)",
                             found.amplitude_text(found.band->peak_low), found.amplitude_text(found.band->peak_high)));
-  for (const response::CurveEvent& e : found.curve.events)
-    session.say(fmt::format("{:<18} {:.2f} rpm, {}", to_string(e.kind), e.solution.omega / kRadPerSecPerRpm,
-                            found.amplitude_text(found.amplitude(e.solution))));
-  session.say(fmt::format("points             {}, {} of them unstable", found.curve.points.size(), unstable));
+  for (const response::ResponseCurve* curve : curves)
+    for (const response::CurveEvent& e : curve->events)
+      session.say(fmt::format("{:<18} {:.2f} rpm, {}", to_string(e.kind), e.solution.omega / kRadPerSecPerRpm,
+                              found.amplitude_text(found.amplitude(e.solution))));
+  session.say(fmt::format("points             {}, {} of them unstable", points, unstable));
+  for (const pages::SteadyAnswer& a : found.answers)
+    session.say(fmt::format("at {:<15} {} ({})", fmt::format("{:g} rpm", a.omega / kRadPerSecPerRpm),
+                            found.amplitude_text(a.amplitude), a.stable ? "stable" : "unstable"));
 }
 
 void run(ResponseFlags o, Session& session) {
+  // One speed needs no range: its answers are on the curve from far below to a little above.
+  if (!o.at_rpm.empty() && o.from_rpm == 0) o.from_rpm = std::ranges::min(o.at_rpm) / 4;
+  if (!o.at_rpm.empty() && o.to_rpm == 0) o.to_rpm = 1.25 * std::ranges::max(o.at_rpm);
+  for (const double rpm : o.at_rpm) o.steady.at.push_back(rpm * kRadPerSecPerRpm);
   o.steady.curve.from = o.from_rpm * kRadPerSecPerRpm;
   o.steady.curve.to = o.to_rpm * kRadPerSecPerRpm;
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
@@ -109,11 +131,15 @@ void add_response(CommandLine& app, Session& session) {
       "input is amplitude * cos(Omega t), with --base the support moves so and the rotor stands still. Dotted: beyond "
       "the\n"
       "amplitude and speed of the records of the model, or of --data.\n\n"
-      "Example: whirl response model.json --from-rpm 300 --to-rpm 2000 --data rundown.csv --figure response.svg",
+      "Example: whirl response model.json --from-rpm 300 --to-rpm 2000 --data rundown.csv --figure response.svg\n"
+      "Example: whirl response model.json --at-rpm 1800",
       [o, &session] { run(*o, session); });
   sub->add_option("MODEL", o->model, "model.json")->input()->required();
-  sub->add_option("--from-rpm", o->from_rpm, "where the curve starts (60 rpm is 1 Hz)")->range(1e-6, 1e9)->required();
-  sub->add_option("--to-rpm", o->to_rpm, "where it ends")->range(1e-6, 1e9)->required();
+  sub->add_option("--from-rpm", o->from_rpm, "where the curve starts (60 rpm is 1 Hz)")->range(1e-6, 1e9);
+  sub->add_option("--to-rpm", o->to_rpm, "where it ends")->range(1e-6, 1e9);
+  sub->add_option("--at-rpm", o->at_rpm, "every response at these speeds, as 1500,1800; with or without a range")
+      ->range(1e-6, 1e9)
+      ->delimiter(',');
   sub->add_option("--input", o->steady.input, "name of the input that forces the model; default: the unbalance");
   sub->add_option("--base", o->steady.base,
                   "coordinate (x, y of a rotor) along which the support moves; amplitudes are read against the support")

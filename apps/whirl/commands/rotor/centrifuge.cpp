@@ -5,6 +5,8 @@
 #include "rotor.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/io/signals.hpp"
+#include "whirl/pages/rotor_runs.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/shaft/centrifuge/centrifuge_json.hpp"
@@ -17,33 +19,6 @@ struct CentrifugeCheckOptions {
   std::vector<std::string> sensors;
   double to_rpm = 0;
 };
-
-/// The sensors that the record has a channel of, or those named.
-std::vector<shaft::CentrifugeSensor> record_sensors(const shaft::RotorJob& job, const Recording& record,
-                                                    const std::vector<std::string>& wanted,
-                                                    std::vector<std::string>& channels) {
-  std::vector<shaft::CentrifugeSensor> used;
-  std::string known;
-  for (const shaft::CentrifugeSensor& s : shaft::centrifuge_sensors(job.rotor, job.centrifuge)) {
-    known += (known.empty() ? "" : ", ") + s.name;
-    if (!wanted.empty() && std::ranges::find(wanted, s.name) == wanted.end()) continue;
-    const std::string channel = channel_of(record, s.name);
-    if (channel.empty()) continue;
-    const Quantity quantity = s.accelerometer ? Quantity::acceleration : Quantity::displacement;
-    if (record.at(channel).quantity != quantity)
-      throw Error(fmt::format("{}: channel '{}' is a {}; '{}' of the rotor file reads a {}", record.source, channel,
-                              to_string(record.at(channel).quantity), s.name, to_string(quantity)));
-    used.push_back(s);
-    channels.push_back(channel);
-  }
-  for (const std::string& name : wanted)
-    if (std::ranges::find(used, name, &shaft::CentrifugeSensor::name) == used.end())
-      throw Error::in_field("--sensor", name, "one of the rotor file with a channel in the record: " + known);
-  if (used.empty())
-    throw Error(fmt::format("{}: no channel of a sensor of the rotor file ({})", record.source,
-                            known.empty() ? "it has no [[accelerometer]] and no [[probe]]" : known));
-  return used;
-}
 
 std::string grams(const Estimate& e) {
   return fmt::format("{} g ({} to {})", report::format_fixed(1e3 * e.value, 2), report::format_fixed(1e3 * e.low, 2),
@@ -85,14 +60,9 @@ void say_check(const shaft::LoadCheck& c, const shaft::CentrifugeSetup& setup, S
 
 void centrifuge_check(const CentrifugeCheckOptions& o, Session& session) {
   const shaft::RotorJob job = shaft::read_rotor_job(o.rotor);
-  const TurningRecord turning = load_turning_record(o.record);
-  std::vector<std::string> channels;
-  const auto sensors = record_sensors(job, turning.record, o.sensors, channels);
-  constexpr int kMostBlocks = 1000;
-  const shaft::OrderRun run =
-      shaft::order_run(turning.record, turning.first, turning.angle, channels, turning.record.source, kMostBlocks);
-  const shaft::LoadCheck check =
-      shaft::check_load(job.rotor, job.centrifuge, run, sensors, {.highest = o.to_rpm * kRadPerSecPerRpm});
+  const pages::SensorRun spinup = pages::sensor_run(io::read_recording(o.record, {}), job, o.sensors);
+  const shaft::LoadCheck check = shaft::check_load(job.rotor, job.centrifuge, spinup.run, spinup.sensors,
+                                                   {.highest = o.to_rpm * kRadPerSecPerRpm});
   say_check(check, job.centrifuge, session);
   session.result(shaft::load_check_json(check));
   session.finish(check.summary);
@@ -142,7 +112,7 @@ void centrifuge_limits(const CentrifugeLimitsOptions& o, Session& session) {
   file.columns.push_back(
       {"speed", Quantity::angular_velocity, Eigen::Map<const Eigen::VectorXd>(speeds.data(), o.points)});
   for (std::size_t s = 0; s < limits.sensors.size(); ++s) {
-    const std::string name = column_name(limits.sensors[s].name);
+    const std::string name = pages::column_name(limits.sensors[s].name);
     const bool acceleration = limits.sensors[s].accelerometer;
     const auto row = static_cast<Eigen::Index>(s);
     const Quantity quantity = acceleration ? Quantity::acceleration : Quantity::displacement;
@@ -201,7 +171,7 @@ void add_limits(CommandLine& centrifuge, Session& session) {
 
 void add_centrifuge(CommandLine& app, Session& session) {
   CommandLine* centrifuge =
-      app.add_subcommand("centrifuge", "Centrifuges: loading at spin-up, limits over speed, from a rotor file");
+      app.add_subcommand("centrifuge", "Centrifuges: loading at spin-up, limits over speed, run-up, from a rotor file");
   centrifuge->require_subcommand();
   centrifuge->footer(
       "The rotor file (whirl rotor new --template centrifuge) says what the machine is and how well that is known "
@@ -210,6 +180,7 @@ void add_centrifuge(CommandLine& app, Session& session) {
       "3000");
   add_check(*centrifuge, session);
   add_limits(*centrifuge, session);
+  add_centrifuge_runup(*centrifuge, session);
 }
 
 }  // namespace whirl::app

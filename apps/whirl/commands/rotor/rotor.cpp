@@ -2,11 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
-
-#include "whirl/diagnosis/rotation.hpp"
 #include "whirl/io/file.hpp"
-#include "whirl/io/signals.hpp"
 
 namespace whirl::app {
 namespace {
@@ -42,27 +38,6 @@ LoadedRotor load_rotor(const std::string& file) {
   return loaded;
 }
 
-std::string column_name(std::string text) {
-  for (char& c : text)
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
-  return text;
-}
-
-TurningRecord load_turning_record(const std::string& file) {
-  TurningRecord t{io::read_recording(file, {}), 0, {}};
-  const std::optional<diagnosis::Rotation> rotation = diagnosis::rotation_of(t.record);
-  if (!rotation) throw Error(file + ": no channel 'key', 'keyphasor', 'tacho' or 'beta' shows a turning shaft");
-  t.first = rotation->first;
-  t.angle = rotation->angle;
-  return t;
-}
-
-std::string channel_of(const Recording& record, const std::string& name) {
-  for (const std::string& channel : {name, column_name(name)})
-    if (record.has(channel)) return channel;
-  return "";
-}
-
 std::string whirl_word(double direction) {
   return direction > 0.8 ? "forward" : direction < -0.8 ? "backward" : "mixed";
 }
@@ -82,6 +57,7 @@ void add_rotor(CommandLine& app, Session& session) {
   add_rotor_response(*rotor, session);
   add_rotor_run(*rotor, session);
   add_rotor_fit(*rotor, session);
+  add_rotor_trend(*rotor, session);
 }
 
 }  // namespace whirl::app

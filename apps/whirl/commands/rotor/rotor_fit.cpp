@@ -3,9 +3,11 @@
 #include <cmath>
 
 #include "rotor.hpp"
+#include "rotor_runs.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/pages/rotor_runs.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/shaft/fit/fit_json.hpp"
@@ -19,55 +21,6 @@ struct RotorFitOptions {
   std::vector<double> at_mm;
   int points = 200, restarts = 10;
 };
-
-std::string probe_channel(const Recording& record, const shaft::Probe& probe) {
-  if (const std::string channel = channel_of(record, probe.name); !channel.empty()) return channel;
-  std::string known;
-  for (const Channel& c : record.channels) known += (known.empty() ? "" : ", ") + c.name;
-  throw Error(fmt::format("{}: no channel '{}' of the [[probe]] of that name; the record has {}", record.source,
-                          column_name(probe.name), known));
-}
-
-shaft::OrderRun load_run(const std::string& file, const shaft::Rotor& rotor) {
-  const TurningRecord turning = load_turning_record(file);
-  std::vector<std::string> channels;
-  for (const shaft::Probe& p : rotor.probes) channels.push_back(probe_channel(turning.record, p));
-  return shaft::order_run(turning.record, turning.first, turning.angle, channels,
-                          std::filesystem::path(file).stem().string());
-}
-
-struct ShownUnit {
-  double factor;
-  const char* name;
-};
-ShownUnit shown_unit(shaft::UnknownKind kind) {
-  using Kind = shaft::UnknownKind;
-  switch (kind) {
-    case Kind::stiffness:
-      return {1, "N/m"};
-    case Kind::damping:
-      return {1, "N s/m"};
-    case Kind::material_damping:
-      return {1e6, "us"};
-    case Kind::joint_damping:
-      return {1, "N m s/rad"};
-    case Kind::youngs_modulus:
-      return {1e-9, "GPa"};
-    case Kind::diameter:
-    case Kind::disc_position:
-      return {1e3, "mm"};
-    case Kind::disc_mass:
-      return {1, "kg"};
-    case Kind::unbalance:
-      return {1e6, "gmm"};
-    case Kind::bow:
-    case Kind::runout:
-      return {1e6, "um"};
-    case Kind::gain:
-      break;
-  }
-  return {1, ""};
-}
 
 report::Table unknown_table(const shaft::RotorFit& fit) {
   report::Table table;
@@ -118,13 +71,13 @@ void write_motion(const std::string& file, const std::vector<double>& speeds,
     csv.units.insert(csv.units.end(), {name + "_amp_" + unit, name + "_half_" + unit, name + "_phase_deg"});
   };
   for (const shaft::VirtualProbe& v : motions) {
-    const std::string name = column_name(fmt::format("at_{:g}", 1e3 * v.position));
+    const std::string name = pages::column_name(fmt::format("at_{:g}", 1e3 * v.position));
     add(name + "_x", Quantity::displacement, "um", v.x, v.x_half);
     add(name + "_y", Quantity::displacement, "um", v.y, v.y_half);
   }
   for (const shaft::VirtualForce& v : forces) {
-    add(column_name(v.support) + "_force_x", Quantity::force, "N", v.x, v.x_half);
-    add(column_name(v.support) + "_force_y", Quantity::force, "N", v.y, v.y_half);
+    add(pages::column_name(v.support) + "_force_x", Quantity::force, "N", v.x, v.x_half);
+    add(pages::column_name(v.support) + "_force_y", Quantity::force, "N", v.y, v.y_half);
   }
   io::write_csv(file, table, csv);
 }

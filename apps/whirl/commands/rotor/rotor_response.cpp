@@ -5,6 +5,7 @@
 #include "rotor.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/pages/rotor_runs.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/report/units.hpp"
@@ -21,41 +22,7 @@ struct RotorResponseOptions {
   int points = 500;
 };
 
-struct ResponseCurve {
-  shaft::Reading reading;
-  Eigen::VectorXd amplitude, phase;  // m; lag behind the shaft's angle zero, rad
-};
-
-/// The probes of the file; without any, the larger half axis of the orbit at each disc.
-std::vector<ResponseCurve> response_curves(const LoadedRotor& loaded, const shaft::Response& r) {
-  std::vector<ResponseCurve> curves;
-  const auto count = static_cast<Eigen::Index>(r.speeds.size());
-  for (const shaft::Probe& p : loaded.rotor.probes) {
-    ResponseCurve c{{p.name, p.position, p.angle, {}}, Eigen::VectorXd(count), Eigen::VectorXd(count)};
-    const Eigen::Index node = loaded.system.node_at(p.position);
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const std::complex<double> z = shaft::probe_reading(r.x(node, k), r.y(node, k), p.angle);
-      c.amplitude[k] = std::abs(z);
-      c.phase[k] = -std::arg(z);
-    }
-    curves.push_back(std::move(c));
-  }
-  if (curves.empty()) {
-    for (const shaft::Disc& d : loaded.rotor.discs) {
-      ResponseCurve c{{d.name + " major axis", d.position, 0, {}}, Eigen::VectorXd(count), Eigen::VectorXd(count)};
-      const Eigen::Index node = loaded.system.node_at(d.position);
-      for (Eigen::Index k = 0; k < count; ++k) {
-        c.amplitude[k] = shaft::orbit(r.x(node, k), r.y(node, k)).major;
-        c.phase[k] = -std::arg(r.x(node, k));
-      }
-      curves.push_back(std::move(c));
-    }
-  }
-  for (ResponseCurve& c : curves) c.reading.peaks = shaft::peaks(r.speeds, c.amplitude);
-  return curves;
-}
-
-report::Figure response_figure(const Eigen::VectorXd& speed, const std::vector<ResponseCurve>& curves,
+report::Figure response_figure(const Eigen::VectorXd& speed, const std::vector<pages::PlaceCurve>& curves,
                                const std::string& file) {
   report::Figure figure;
   figure.title = "Unbalance response";
@@ -64,11 +31,11 @@ report::Figure response_figure(const Eigen::VectorXd& speed, const std::vector<R
   report::Panel& amplitude =
       figure.panel("", {"rotor speed", report::kRpm}, {"amplitude, peak", {}, report::Scale::logarithmic});
   amplitude.height = 260;
-  for (const ResponseCurve& c : curves) amplitude.line(c.reading.name, speed, c.amplitude);
+  for (const pages::PlaceCurve& c : curves) amplitude.line(c.name, speed, c.amplitude);
   report::show_y_as(amplitude, Quantity::displacement);
   report::Panel& phase = figure.panel("", {"rotor speed", report::kRpm}, {"phase lag", report::kDegree});
   phase.height = 140;
-  for (const ResponseCurve& c : curves) phase.line("", speed, c.phase);
+  for (const pages::PlaceCurve& c : curves) phase.line("", speed, c.phase);
   figure.runs = {std::filesystem::path(file).filename().string()};
   return figure;
 }
@@ -83,16 +50,16 @@ void rotor_response(const RotorResponseOptions& o, Session& session) {
     speeds.push_back((o.from_rpm + (o.to_rpm - o.from_rpm) * k / (o.points - 1)) * kRadPerSecPerRpm);
   const shaft::Response r = shaft::unbalance_response(loaded.system, speeds);
   const Eigen::VectorXd speed = Eigen::Map<const Eigen::VectorXd>(speeds.data(), o.points);
-  const std::vector<ResponseCurve> curves = response_curves(loaded, r);
+  const std::vector<pages::PlaceCurve> curves = pages::place_curves(loaded.rotor, loaded.system, r);
   if (curves.empty()) throw Error(o.rotor + ": no [[probe]] and no [[disc]]: nothing to look at");
   report::Table table;
   table.caption = "resonances";
   table.columns = {{"place", ""}, {"speed", "rpm"}, {"peak", "um"}, {"amplification", ""}};
   std::vector<shaft::Reading> readings;
-  for (const ResponseCurve& c : curves) {
-    readings.push_back(c.reading);
-    for (const shaft::Peak& p : c.reading.peaks)
-      table.add({c.reading.name, report::format_fixed(p.speed / kRadPerSecPerRpm, 1),
+  for (const pages::PlaceCurve& c : curves) {
+    readings.push_back({c.name, c.position, c.angle, shaft::peaks(speeds, c.amplitude)});
+    for (const shaft::Peak& p : readings.back().peaks)
+      table.add({c.name, report::format_fixed(p.speed / kRadPerSecPerRpm, 1),
                  report::format_number(1e6 * p.amplitude, 4), report::format_number(p.amplification, 3)});
   }
   session.say(table.rows.empty() ? "no resonance in this range" : report::to_text(table));
@@ -103,8 +70,8 @@ void rotor_response(const RotorResponseOptions& o, Session& session) {
     io::CsvWriteOptions csv;
     csv.units = {"speed_rpm"};
     file.columns.push_back({"speed", Quantity::angular_velocity, speed});
-    for (const ResponseCurve& c : curves) {
-      const std::string name = column_name(c.reading.name);
+    for (const pages::PlaceCurve& c : curves) {
+      const std::string name = pages::column_name(c.name);
       file.columns.push_back({name + "_amp", Quantity::displacement, c.amplitude});
       file.columns.push_back({name + "_phase", Quantity::angle, c.phase});
       csv.units.push_back(name + "_amp_um");

@@ -5,13 +5,12 @@
 #include "rotor.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/pages/rotor_runs.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/report/units.hpp"
 #include "whirl/report/write_figure.hpp"
-#include "whirl/shaft/reduction.hpp"
 #include "whirl/shaft/rotor_json.hpp"
-#include "whirl/shaft/transient.hpp"
 
 namespace whirl::app {
 namespace {
@@ -19,57 +18,32 @@ namespace {
 struct RotorRunOptions {
   std::string rotor, out, figure;
   double from_rpm = 0, to_rpm = 0, seconds = 0, rate_hz = 1000;
+  double noise_db = 0;
+  std::uint64_t seed = 1;
   int modes = 8;
   bool full = false, weight = false;
 };
 
-struct RunPlace {
-  std::string name;
-  Eigen::Index node;
-  double angle;
-  bool probe;
-};
-
-/// The probes of the file; without any, the discs.
-std::vector<RunPlace> run_places(const LoadedRotor& loaded) {
-  std::vector<RunPlace> list;
-  for (const shaft::Probe& p : loaded.rotor.probes)
-    list.push_back({p.name, loaded.system.node_at(p.position), p.angle, true});
-  if (list.empty())
-    for (const shaft::Disc& d : loaded.rotor.discs)
-      list.push_back({d.name, loaded.system.node_at(d.position), 0, false});
-  return list;
-}
-
-void write_run(const std::string& file, const shaft::RotorRun& run, const std::vector<RunPlace>& places) {
+void write_run(const std::string& file, const Recording& record) {
   io::Table table;
   io::CsvWriteOptions csv;
-  table.columns.push_back({"t", Quantity::time, run.time});
-  const auto add = [&](const std::string& name, Eigen::VectorXd values) {
-    table.columns.push_back({name, Quantity::displacement, std::move(values)});
-    csv.units.push_back(name + "_um");
-  };
-  for (const RunPlace& p : places) {
-    const std::string name = column_name(p.name);
-    const Eigen::VectorXd x = run.x.row(p.node).transpose(), y = run.y.row(p.node).transpose();
-    if (p.probe) {
-      add(name, std::cos(p.angle) * x + std::sin(p.angle) * y);
-    } else {
-      add(name + "_x", x);
-      add(name + "_y", y);
-    }
+  const auto time = Eigen::VectorXd::LinSpaced(record.size(), 0, record.dt * static_cast<double>(record.size() - 1));
+  table.columns.push_back({"t", Quantity::time, time});
+  for (const Channel& c : record.channels) {
+    table.columns.push_back({c.name, c.quantity, c.samples});
+    if (c.quantity == Quantity::displacement) csv.units.push_back(c.name + "_um");
   }
-  table.columns.push_back({"beta", Quantity::angle, run.angle});
   io::write_csv(file, table, csv);
 }
 
-report::Figure run_figure(const shaft::RotorRun& run, const std::vector<RunPlace>& places, const std::string& file) {
+report::Figure run_figure(const shaft::RotorRun& run, const std::vector<pages::RotorPlace>& places,
+                          const std::string& file) {
   report::Figure figure;
   figure.title = "Run of the rotor";
   figure.description = "Distance of the shaft from the line of its bearings over speed.";
   report::Panel& panel = figure.panel("", {"rotor speed", report::kRpm}, {"deflection, peak", {}});
   panel.height = 300;
-  for (const RunPlace& p : places) {
+  for (const pages::RotorPlace& p : places) {
     const Eigen::VectorXd size =
         (run.x.row(p.node).array().square() + run.y.row(p.node).array().square()).sqrt().matrix().transpose();
     panel.line(p.name, run.speed, size);
@@ -80,57 +54,41 @@ report::Figure run_figure(const shaft::RotorRun& run, const std::vector<RunPlace
 }
 
 void rotor_run(const RotorRunOptions& o, Session& session) {
-  const LoadedRotor loaded = load_rotor(o.rotor);
-  const std::vector<RunPlace> places = run_places(loaded);
-  if (places.empty()) throw Error(o.rotor + ": no [[probe]] and no [[disc]]: nothing to look at");
-  shaft::RunOptions options;
-  options.from = o.from_rpm * kRadPerSecPerRpm;
-  options.to = o.to_rpm * kRadPerSecPerRpm;
-  options.duration = o.seconds;
-  options.sample_time = 1 / o.rate_hz;
-  options.weight = o.weight;
-  Summary summary;
-  double reduction_error = 0;
-  shaft::RotorRun run;
-  if (o.full) {
-    run = shaft::simulate_run(loaded.system, options);
-  } else {
-    shaft::ReductionOptions reduction;
-    reduction.modes = o.modes;
-    reduction.highest = std::max(options.from, options.to);
-    const shaft::Reduction reduced = shaft::reduce(loaded.system, reduction);
-    reduction_error = reduced.worst_error;
-    session.say(
-        fmt::format("model              {} coordinates a plane of {}; error of the unbalance response {:.2g} % at most "
-                    "({:.0f} rpm)",
-                    reduced.system.size(), loaded.system.size(), 100 * reduced.worst_error,
-                    reduced.worst_speed / kRadPerSecPerRpm));
-    if (reduced.worst_error > 0.01)
-      summary.warn("the reduced model differs from the full one by more than 1 %: raise --modes or use --full");
-    run = shaft::simulate_run(reduced.system, options);
-  }
-  if (!run.x.allFinite()) summary.fail("the motion grows without bound: the rotor is unstable in this range");
+  pages::SimulatedRun options;
+  options.run.from = o.from_rpm * kRadPerSecPerRpm;
+  options.run.to = o.to_rpm * kRadPerSecPerRpm;
+  options.run.duration = o.seconds;
+  options.run.sample_time = 1 / o.rate_hz;
+  options.run.weight = o.weight;
+  options.full = o.full;
+  options.modes = o.modes;
+  options.noise_db = o.noise_db;
+  options.seed = o.seed;
+  const pages::RotorRecord made = pages::simulated_record(shaft::read_rotor_job(o.rotor), options, o.rotor);
+  const shaft::RotorRun& run = made.run;
+  if (!o.full)
+    session.say(fmt::format(
+        "model              {} coordinates a plane of {}; error of the unbalance response {:.2g} % at most "
+        "({:.0f} rpm)",
+        made.coordinates, made.all_coordinates, 100 * made.reduction_error, made.reduction_speed / kRadPerSecPerRpm));
   session.say(fmt::format("step               {:.3g} ms, its error {:.1g} of the largest deflection", 1e3 * run.step,
                           run.step_error));
-  if (run.step_error > 1e-3) summary.warn("the time steps are too long for this motion: raise --rate-hz");
   report::Table table;
   table.caption = "largest deflection, sqrt(x^2 + y^2)";
   table.columns = {{"place", ""}, {"peak", "um"}, {"speed", "rpm"}, {"time", "s"}};
   std::vector<std::string> names;
-  std::vector<shaft::RunPeak> peaks;
-  for (const RunPlace& p : places) {
-    peaks.push_back(shaft::run_peak(run, p.node));
-    names.push_back(p.name);
-    table.add({p.name, report::format_number(1e6 * peaks.back().size, 4),
-               report::format_fixed(peaks.back().speed / kRadPerSecPerRpm, 1),
-               report::format_fixed(peaks.back().time, 3)});
+  for (std::size_t k = 0; k < made.places.size(); ++k) {
+    const shaft::RunPeak& peak = made.peaks[k];
+    names.push_back(made.places[k].name);
+    table.add({names.back(), report::format_number(1e6 * peak.size, 4),
+               report::format_fixed(peak.speed / kRadPerSecPerRpm, 1), report::format_fixed(peak.time, 3)});
   }
   session.say(report::to_text(table));
-  session.result(shaft::run_json(run, names, peaks, reduction_error));
+  session.result(shaft::run_json(run, names, made.peaks, made.reduction_error));
   session.write_together();
-  if (!o.out.empty()) write_run(o.out, run, places);
-  if (!o.figure.empty()) report::write_figure(run_figure(run, places, o.rotor), o.figure);
-  session.finish(summary);
+  if (!o.out.empty()) write_run(o.out, made.record);
+  if (!o.figure.empty()) report::write_figure(run_figure(run, made.places, o.rotor), o.figure);
+  session.finish(made.summary);
 }
 
 }  // namespace
@@ -143,7 +101,7 @@ void add_rotor_run(CommandLine& rotor, Session& session) {
       "constant rate.\n"
       "The step of the integration is halved until it no longer matters. --out writes t_s, the probes (or the "
       "discs, _x and\n"
-      "_y) in um, and beta_rad.\n\n"
+      "_y) in um, the accelerometers in m/s^2, and beta_rad.\n\n"
       "Example: whirl rotor run rotor.toml --from-rpm 4000 --to-rpm 100 --seconds 15 --out rundown.csv",
       [o, &session] { rotor_run(*o, session); });
   sub->add_option("ROTOR", o->rotor, "rotor file")->input()->required();
@@ -157,6 +115,10 @@ void add_rotor_run(CommandLine& rotor, Session& session) {
       ->show_default()
       ->excludes("--full");
   sub->add_flag("--weight", o->weight, "gravity acts");
+  sub->add_option("--noise-db", o->noise_db,
+                  "noise is added to what is written: rms of a channel over that of its noise")
+      ->range(0, 200);
+  sub->add_option("--seed", o->seed, "of the noise")->show_default();
   sub->add_option("--out", o->out, "CSV file to write")->output("record");
   sub->add_option("--figure", o->figure, "deflection over speed (.svg, .png, .pdf, .csv)")->output();
 }

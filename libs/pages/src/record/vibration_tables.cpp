@@ -17,11 +17,11 @@ constexpr MachineClass kClasses[] = {{1, false}, {1, true}, {2, false}, {2, true
 
 std::string rpm_text(double speed) { return fmt::format("{:.0f} rpm", speed / report::kRpm.factor); }
 
-std::string zone_text(double velocity, const std::optional<MachineClass>& machine) {
-  if (machine) return std::string(1, diagnosis::housing_vibration_zone(velocity, *machine));
+std::string zones_text(const diagnosis::ChannelVibration& channel, const std::optional<MachineClass>& machine) {
+  if (machine) return zone_text(diagnosis::housing_zone(channel, *machine));
   std::string out;
   for (const MachineClass& c : kClasses)
-    out += fmt::format("{}{} ({})", out.empty() ? "" : ", ", diagnosis::housing_vibration_zone(velocity, c),
+    out += fmt::format("{}{} ({})", out.empty() ? "" : ", ", zone_text(diagnosis::housing_zone(channel, c)),
                        diagnosis::to_string(c));
   return out;
 }
@@ -33,6 +33,10 @@ bool any_run(const std::vector<RunVibration>& rows) {
 }
 
 }  // namespace
+
+std::string zone_text(const diagnosis::HousingZone& zone) {
+  return fmt::format("{}{}", zone.zone, zone.at_least ? " or worse" : "");
+}
 
 report::Table vibration_table(const std::vector<RunVibration>& rows) {
   report::Table t;
@@ -83,7 +87,7 @@ report::Table housing_table(const std::vector<RunVibration>& rows, const std::op
       for (const char zone : {'A', 'B', 'C'})
         cells.push_back(velocity_text(diagnosis::housing_vibration_limit(zone, *machine)));
     }
-    cells.push_back(zone_text(v.housing->rms, machine));
+    cells.push_back(zones_text(v, machine));
     t.add(std::move(cells));
     integrated = integrated || v.quantity == Quantity::acceleration;
     passage = passage || (v.synchronous && !v.synchronous->steady);

@@ -109,8 +109,10 @@ void set_rates(const CentrifugeSetup& setup, const LoadRecord& record, const Loa
   check.seconds_more = std::max(0.0, (1 / (needed * needed - fixed * fixed) - 1 / (noise * noise)) / per_second);
 }
 
-/// Chi-square of the residual against its differences from block to block.
-void set_load_misfit(const LoadSamples& s, LoadCheck& check) {
+/// Chi-square of the residual against its differences from block to block. Residuals of less than a hundredth of the
+/// readings contradict nothing: the machines drawn are no closer to each other, and they move the imbalance by less.
+void set_load_misfit(const LoadRecord& record, const LoadSamples& s, LoadCheck& check) {
+  constexpr double kApart = 0.01;
   const Index blocks = s.residuals.cols();
   const double differences = (s.residuals.rightCols(blocks - 1) - s.residuals.leftCols(blocks - 1)).squaredNorm();
   const auto pairs = static_cast<double>(s.residuals.rows() * (blocks - 1));
@@ -118,9 +120,10 @@ void set_load_misfit(const LoadSamples& s, LoadCheck& check) {
   check.misfit_deviations = (check.chi_square - 1) * std::sqrt(2 * pairs);
   check.summary.chi_square = check.chi_square;
   check.summary.trust = "Its imbalance may be used within its interval, for this loading.";
-  if (check.misfit_deviations <= kMisfitLimit) return;
+  const double readings = record.weights.cwiseProduct(record.vectors.cwiseAbs()).squaredNorm();
+  if (check.misfit_deviations <= kMisfitLimit || s.residuals.squaredNorm() < kApart * kApart * readings) return;
   check.summary.add({FindingCode::model_error,
-                     Consequence::no_trust,
+                     Consequence::unusable,
                      {{"chi_square", check.chi_square}, {"deviations", check.misfit_deviations}}},
                     ": the readings do not grow with speed as those of an imbalance on this machine");
   check.summary.trust = "Do not trust this check: the record contradicts the rotor file.";
@@ -158,7 +161,7 @@ LoadCheck check_load(const Rotor& rotor, const CentrifugeSetup& setup, const Ord
                                                                      : LoadVerdict::open;
   name_buckets(setup, samples, check);
   set_rates(setup, record, samples, check);
-  set_load_misfit(samples, check);
+  set_load_misfit(record, samples, check);
   return check;
 }
 

@@ -4,6 +4,7 @@
 
 #include "synchronous_solution.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/shaft/centrifuge/accelerometers.hpp"
 #include "whirl/shaft/modes.hpp"
 #include "whirl/shaft/reduction.hpp"
 
@@ -14,15 +15,7 @@ using Eigen::MatrixXcd;
 
 namespace {
 
-constexpr double kGravity = 9.80665;  // m/s^2
-constexpr double kTiltArm = 0.1;      // m, between the two points by which a body's tilt is read
 constexpr int kCentrifugeModes = 8;
-
-/// A support without stiffness: it reads the motion of its point.
-Support observer(const std::string& name, const Point& point) {
-  const Eigen::Matrix2d none = Eigen::Matrix2d::Zero();
-  return {name, point, {"ground", point.position}, {{}, {none}, {none}, {none}}};
-}
 
 /// A body on the ground by a support that is no observer.
 bool is_mount(const Support& s) { return s.a.part != "shaft" && s.b.part == "ground"; }

@@ -28,4 +28,6 @@ from .feature_library import (  # noqa: F401
 )
 from .optimizers import FROLS, SR3, SSR, STLSQ, BaseOptimizer, EnsembleOptimizer, WrappedOptimizer  # noqa: F401
 
+__version__ = "2.1.0"  # of PySINDy, whose names these are
+
 __getattr__ = _missing(__name__)

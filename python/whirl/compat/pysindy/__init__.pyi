@@ -23,3 +23,5 @@ from .optimizers import STLSQ as STLSQ
 from .optimizers import BaseOptimizer as BaseOptimizer
 from .optimizers import EnsembleOptimizer as EnsembleOptimizer
 from .optimizers import WrappedOptimizer as WrappedOptimizer
+
+__version__: str

@@ -6,6 +6,7 @@ import numpy as np
 from ..._model import SparseModel, as_seconds, as_states, drive_at
 from ...libraries import PolynomialLibrary
 from ...optimizers import STLSQ
+from ._earlier import FIT, MODEL, refuses
 from .differentiation import FiniteDifference
 
 
@@ -54,11 +55,13 @@ class SINDy(_Common):
     Defaults: STLSQ(), PolynomialLibrary(), FiniteDifference(). `fit(x, t, x_dot=None, u=None, feature_names=None)`.
     """
 
+    @refuses(MODEL)
     def __init__(self, optimizer=None, feature_library=None, differentiation_method=None):
         self.optimizer = optimizer if optimizer is not None else STLSQ()
         self.feature_library = feature_library if feature_library is not None else PolynomialLibrary()
         self.differentiation_method = differentiation_method if differentiation_method is not None else FiniteDifference()
 
+    @refuses(FIT)
     def fit(self, x, t, x_dot=None, u=None, feature_names=None):
         """x: samples x states, or a list of trajectories; t: sample time, times (even or not), or a list of times;
         x_dot: measured rates; u: inputs, one row per sample; feature_names: of states and inputs."""
@@ -111,10 +114,12 @@ class DiscreteSINDy(_Common):
 
     _map = True
 
+    @refuses(MODEL)
     def __init__(self, optimizer=None, feature_library=None):
         self.optimizer = optimizer if optimizer is not None else STLSQ()
         self.feature_library = feature_library if feature_library is not None else PolynomialLibrary()
 
+    @refuses(FIT)
     def fit(self, x, t, x_next=None, u=None, feature_names=None):
         """x: samples x states, or a list of trajectories; x_next: the values one step later where x is in no order; t is
         not used."""

@@ -5,6 +5,7 @@
 
 #include "whirl/core/recording.hpp"
 #include "whirl/diagnosis/rotation.hpp"
+#include "whirl/diagnosis/standards.hpp"
 #include "whirl/signal/motion_quantity.hpp"
 
 namespace whirl::diagnosis {
@@ -38,6 +39,16 @@ bool of_a_housing(const Channel& channel, const Recording& record);
 /// such a channel has neither lines nor 1X.
 std::vector<ChannelVibration> vibration_of(const Recording& record, const std::optional<Rotation>& rotation,
                                            double slow_roll = 0);
+
+/// Zone of the level of a housing sensor.
+struct HousingZone {
+  char zone = 'A';
+  /// A part of what the standard counts is not in the level: the record ends below 1 kHz, or 1X lies below 10 Hz. The
+  /// machine is in this zone or a worse one. Never with 'D'.
+  bool at_least = false;
+};
+/// `channel` with a level (`housing`).
+HousingZone housing_zone(const ChannelVibration& channel, const MachineClass& machine);
 
 /// The run stays within 3 % of its mean speed.
 bool at_one_speed(const Rotation& rotation);

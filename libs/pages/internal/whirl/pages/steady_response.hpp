@@ -27,7 +27,15 @@ struct SteadyOptions {
   double unbalance = 1;    ///< times the identified eccentricity
   bool isolas = false;     ///< look for closed curves apart from this one
   double peaks_to = 0;     ///< peaks of slow sweeps for 40 forcings up to this many times the stated one; 0: none
+  std::vector<double> at;  ///< rad/s, within the range: speeds whose answers are listed
   std::optional<DataRange> known;  ///< of the record that the model was found from
+};
+
+/// One of the answers at a speed.
+struct SteadyAnswer {
+  double omega = 0;      ///< rad/s
+  double amplitude = 0;  ///< as that of the curve
+  bool stable = false;
 };
 
 /// Steady answers of a model over speed: the curve, those beside it, their peaks.
@@ -39,6 +47,7 @@ struct SteadyResponse {
   std::optional<response::CurveBand> band;        ///< over the covariance of the model; none where it states none
   std::optional<RotorModel> rotor;                ///< with the unbalance asked for, where it is one
   bool plain_rotor = false;                       ///< it has no force beyond RotorModel: its backbone is known
+  std::vector<SteadyAnswer> answers;              ///< at the speeds asked for, stable or not, of all curves
   DataRange known;
   bool radius = false;   ///< amplitudes are sqrt(x^2 + y^2), m; else |q| of `coordinate`
   bool turning = false;  ///< forced by the unbalance, not by an input or the support

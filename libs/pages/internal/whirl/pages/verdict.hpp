@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "whirl/core/recording.hpp"
+#include "whirl/diagnosis/vibration.hpp"
 #include "whirl/diagnosis/vibration_findings.hpp"
 #include "whirl/report/table.hpp"
 
@@ -22,8 +23,8 @@ struct Verdict {
   /// Velocity of the housing sensor with the highest level, m/s rms; 0 where the record has none.
   double velocity = 0;
   std::string housing_channel;
-  char housing_zone =
-      0;  ///< of that level (ISO 20816-3); 0 where the class of the machine is not stated or the speed changes
+  /// Of that level (ISO 20816-3); nothing where the class of the machine is not stated or the speed changes.
+  std::optional<diagnosis::HousingZone> housing_zone;
 };
 /// Who signs, about what; as the user writes it. Empty: stands as not stated.
 struct Signature {

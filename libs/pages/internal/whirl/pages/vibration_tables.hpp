@@ -16,6 +16,9 @@ struct RunVibration {
   diagnosis::ChannelVibration channel;
 };
 
+/// "A", or "A or worse" where a part of the band is missing.
+std::string zone_text(const diagnosis::HousingZone& zone);
+
 /// Mean, motion about it, largest line and 1X of every channel in its own quantity. Without the names of the runs where
 /// these are empty.
 report::Table vibration_table(const std::vector<RunVibration>& rows);

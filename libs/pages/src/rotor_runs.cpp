@@ -1,0 +1,180 @@
+#include "whirl/pages/rotor_runs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <optional>
+#include <random>
+
+#include "whirl/core/error.hpp"
+#include "whirl/diagnosis/rotation.hpp"
+#include "whirl/shaft/centrifuge/accelerometers.hpp"
+#include "whirl/shaft/reduction.hpp"
+
+namespace whirl::pages {
+namespace {
+
+using Eigen::Index;
+
+std::string channel_of(const Recording& record, const std::string& name) {
+  for (const std::string& channel : {name, column_name(name)})
+    if (record.has(channel)) return channel;
+  return "";
+}
+
+shaft::OrderRun run_of(const Recording& record, const std::vector<std::string>& channels, const std::string& name,
+                       int most_blocks) {
+  const std::optional<diagnosis::Rotation> rotation = diagnosis::rotation_of(record);
+  if (!rotation)
+    throw Error(record.source + ": no channel 'key', 'keyphasor', 'tacho' or 'beta' shows a turning shaft");
+  return shaft::order_run(record, rotation->first, rotation->angle, channels, name, most_blocks);
+}
+
+/// The sensors that the record has a channel of, or those named.
+std::vector<shaft::CentrifugeSensor> record_sensors(const shaft::RotorJob& job, const Recording& record,
+                                                    const std::vector<std::string>& wanted,
+                                                    std::vector<std::string>& channels) {
+  std::vector<shaft::CentrifugeSensor> used;
+  std::string known;
+  for (const shaft::CentrifugeSensor& s : shaft::centrifuge_sensors(job.rotor, job.centrifuge)) {
+    known += (known.empty() ? "" : ", ") + s.name;
+    if (!wanted.empty() && std::ranges::find(wanted, s.name) == wanted.end()) continue;
+    const std::string channel = channel_of(record, s.name);
+    if (channel.empty()) continue;
+    const Quantity quantity = s.accelerometer ? Quantity::acceleration : Quantity::displacement;
+    if (record.at(channel).quantity != quantity)
+      throw Error(fmt::format("{}: channel '{}' is a {}; '{}' of the rotor file reads a {}", record.source, channel,
+                              to_string(record.at(channel).quantity), s.name, to_string(quantity)));
+    used.push_back(s);
+    channels.push_back(channel);
+  }
+  for (const std::string& name : wanted)
+    if (std::ranges::find(used, name, &shaft::CentrifugeSensor::name) == used.end())
+      throw Error::in_field("--sensor", name, "one of the rotor file with a channel in the record: " + known);
+  if (used.empty())
+    throw Error(fmt::format("{}: no channel of a sensor of the rotor file ({})", record.source,
+                            known.empty() ? "it has no [[accelerometer]] and no [[probe]]" : known));
+  return used;
+}
+
+void add_noise(Recording& record, double noise_db, std::uint64_t seed) {
+  if (!(noise_db > 0)) return;
+  std::mt19937_64 random(seed);
+  for (Channel& c : record.channels) {
+    if (c.quantity == Quantity::angle) continue;
+    const double rms = std::sqrt(c.samples.squaredNorm() / static_cast<double>(c.samples.size()));
+    std::normal_distribution<double> noise(0, rms * std::pow(10, -noise_db / 20));
+    for (double& value : c.samples) value += noise(random);
+  }
+}
+
+Recording recorded(const RotorRecord& r, const std::vector<shaft::Accelerometer>& accelerometers, double dt,
+                   const std::string& source) {
+  Recording record;
+  record.dt = dt;
+  record.source = source;
+  for (const RotorPlace& p : r.places) {
+    const std::string name = column_name(p.name);
+    const Eigen::VectorXd x = r.run.x.row(p.node).transpose(), y = r.run.y.row(p.node).transpose();
+    if (p.probe) {
+      record.add(name, Quantity::displacement, std::cos(p.angle) * x + std::sin(p.angle) * y);
+    } else {
+      record.add(name + "_x", Quantity::displacement, x);
+      record.add(name + "_y", Quantity::displacement, y);
+    }
+  }
+  if (!accelerometers.empty()) {
+    const Eigen::MatrixXd readings = shaft::accelerometer_readings(r.run, accelerometers);
+    for (std::size_t k = 0; k < accelerometers.size(); ++k)
+      record.add(column_name(accelerometers[k].name), Quantity::acceleration,
+                 readings.row(static_cast<Index>(k)).transpose());
+  }
+  record.add("beta", Quantity::angle, r.run.angle);
+  return record;
+}
+
+}  // namespace
+
+std::string column_name(std::string text) {
+  for (char& c : text)
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+  return text;
+}
+
+shaft::OrderRun probe_run(const Recording& record, const shaft::Rotor& rotor, const std::string& name) {
+  std::vector<std::string> channels;
+  for (const shaft::Probe& p : rotor.probes) {
+    channels.push_back(channel_of(record, p.name));
+    if (!channels.back().empty()) continue;
+    std::string known;
+    for (const Channel& c : record.channels) known += (known.empty() ? "" : ", ") + c.name;
+    throw Error(fmt::format("{}: no channel '{}' of the [[probe]] of that name; the record has {}", record.source,
+                            column_name(p.name), known));
+  }
+  constexpr int kMostBlocks = 300;
+  return run_of(record, channels, name, kMostBlocks);
+}
+
+SensorRun sensor_run(const Recording& record, const shaft::RotorJob& job, const std::vector<std::string>& wanted) {
+  constexpr int kMostBlocks = 1000;
+  std::vector<std::string> channels;
+  std::vector<shaft::CentrifugeSensor> sensors = record_sensors(job, record, wanted, channels);
+  return {run_of(record, channels, record.source, kMostBlocks), std::move(sensors)};
+}
+
+std::vector<RotorPlace> rotor_places(const shaft::Rotor& rotor, const shaft::System& system) {
+  std::vector<RotorPlace> list;
+  for (const shaft::Probe& p : rotor.probes) list.push_back({p.name, system.node_at(p.position), p.angle, true});
+  if (list.empty())
+    for (const shaft::Disc& d : rotor.discs) list.push_back({d.name, system.node_at(d.position), 0, false});
+  return list;
+}
+
+std::vector<PlaceCurve> place_curves(const shaft::Rotor& rotor, const shaft::System& system, const shaft::Response& r) {
+  std::vector<PlaceCurve> curves;
+  const auto count = static_cast<Index>(r.speeds.size());
+  for (const RotorPlace& p : rotor_places(rotor, system)) {
+    PlaceCurve c{p.probe ? p.name : p.name + " major axis", system.nodes[static_cast<std::size_t>(p.node)], p.angle,
+                 Eigen::VectorXd(count), Eigen::VectorXd(count)};
+    for (Index k = 0; k < count; ++k) {
+      const std::complex<double> x = r.x(p.node, k), y = r.y(p.node, k),
+                                 z = p.probe ? shaft::probe_reading(x, y, p.angle) : x;
+      c.amplitude[k] = p.probe ? std::abs(z) : shaft::orbit(x, y).major;
+      c.phase[k] = -std::arg(z);
+    }
+    curves.push_back(std::move(c));
+  }
+  return curves;
+}
+
+RotorRecord simulated_record(const shaft::RotorJob& job, const SimulatedRun& o, const std::string& source) {
+  constexpr double kReduced = 0.01, kStepped = 1e-3;  // errors above these are worth a warning
+  const std::vector<shaft::Accelerometer>& accelerometers = job.centrifuge.accelerometers;
+  const shaft::System full = shaft::assemble_with(job.rotor, accelerometers);
+  RotorRecord out;
+  out.places = rotor_places(job.rotor, full);
+  if (out.places.empty()) throw Error(source + ": no [[probe]] and no [[disc]]: nothing to look at");
+  out.coordinates = out.all_coordinates = full.size();
+  if (o.full) {
+    out.run = shaft::simulate_run(full, o.run);
+  } else {
+    const shaft::Reduction reduced =
+        shaft::reduce(full, {.modes = o.modes, .static_shapes = true, .highest = std::max(o.run.from, o.run.to)});
+    out.coordinates = reduced.system.size();
+    out.reduction_error = reduced.worst_error;
+    out.reduction_speed = reduced.worst_speed;
+    if (reduced.worst_error > kReduced)
+      out.summary.warn("the reduced model differs from the full one by more than 1 %: raise --modes or use --full");
+    out.run = shaft::simulate_run(reduced.system, o.run);
+  }
+  if (!out.run.x.allFinite()) out.summary.fail("the motion grows without bound: the rotor is unstable in this range");
+  if (out.run.step_error > kStepped) out.summary.warn("the time steps are too long for this motion: raise --rate-hz");
+  for (const RotorPlace& p : out.places) out.peaks.push_back(shaft::run_peak(out.run, p.node));
+  out.record = recorded(out, accelerometers, o.run.sample_time, source);
+  add_noise(out.record, o.noise_db, o.seed);
+  return out;
+}
+
+}  // namespace whirl::pages

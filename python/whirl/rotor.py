@@ -1,0 +1,282 @@
+"""Flexible rotors from a rotor file: modes, critical speeds, response, runs, and the machine from its records.
+
+    import whirl
+    rotor = whirl.rotor.template("two-disc")           # or whirl.rotor.read("rotor.toml")
+    print(rotor.criticals(to_rpm=5000))
+    record = rotor.run(3000, 300, seconds=15)
+    rotor.response(to_rpm=5000).plot()
+
+Speeds are in rpm and positions in mm where the argument says so; results are SI. docs/rotor.md describes the file.
+"""
+import pathlib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import _whirl
+from .results import Result, _panel
+
+_RPM = 2 * np.pi / 60
+
+
+def templates():
+    """Names of the rotors to begin with."""
+    return _whirl._rotor_templates()
+
+
+def template(name="two-disc"):
+    """A rotor to begin with: jeffcott, two-disc, overhung, centrifuge or kit. Its `text` is the file."""
+    return Rotor(_whirl._rotor_template(name), name)
+
+
+def read(path):
+    """A rotor from its file (TOML)."""
+    return Rotor(pathlib.Path(path).read_text(encoding="utf-8"), str(path))
+
+
+def _named(records):
+    """(name, Recording) of one record, a list of them, or a dictionary name -> Recording."""
+    if isinstance(records, _whirl.Recording):
+        records = [records]
+    if hasattr(records, "items"):
+        return list(records.items())
+    return [(f"run{k + 1}", record) for k, record in enumerate(records)]
+
+
+class Rotor:
+    """A rotor file and its finite-element model. `text`: the file, TOML."""
+
+    def __init__(self, text, name="rotor"):
+        self.text = text
+        self._rotor = _whirl._Rotor(text, name)
+
+    @property
+    def name(self):
+        return self._rotor.name
+
+    @property
+    def length(self):
+        """Of the shaft, m."""
+        return self._rotor.length
+
+    @property
+    def mass(self):
+        """Of shaft and discs, kg."""
+        return self._rotor.mass
+
+    def __repr__(self):
+        return f"<whirl.rotor.Rotor '{self.name}': {1e3 * self.length:.4g} mm, {self.mass:.4g} kg>"
+
+    def modes(self, speed_rpm=0.0, count=8):
+        """Modes at a speed with damping and whirl direction."""
+        return RotorModes(_whirl.Summary(), self._rotor.modes(_RPM * speed_rpm, count))
+
+    def criticals(self, to_rpm, order=1.0):
+        """Critical speeds of an excitation `order` times a turn, and the speed from which the rotor is unstable."""
+        return Criticals(_whirl.Summary(), self._rotor.criticals(_RPM * to_rpm, order))
+
+    def campbell(self, to_rpm, points=50, count=8):
+        """Whirl frequencies over speed."""
+        return Campbell(_whirl.Summary(), self._rotor.campbell(list(_RPM * np.linspace(0, to_rpm, points)), count))
+
+    def response(self, to_rpm, from_rpm=60.0, points=400):
+        """Unbalance response of every probe; of the major axis at each disc where the file has no probe."""
+        speeds = _RPM * np.linspace(from_rpm, to_rpm, points)
+        document, curves = self._rotor.response(list(speeds))
+        return RotorResponse(_whirl.Summary(), document, speeds, {name: (a, phase) for name, a, phase in curves})
+
+    def run(self, from_rpm, to_rpm, seconds, *, rate_hz=1000.0, full=False, modes=8, weight=False, noise_db=None, seed=1):
+        """A simulated run-up or run-down as a Recording: probes (or discs), accelerometers, beta. `noise_db`: rms of a channel
+        over that of the noise added to it. Raises Error where the motion grows without bound."""
+        record, summary, _ = self._rotor.simulate(_RPM * from_rpm, _RPM * to_rpm, seconds, rate_hz, full, modes, weight,
+                                                  0.0 if noise_db is None else noise_db, seed)
+        if summary.status == _whirl.Status.unusable:
+            raise _whirl.Error(summary.warnings[-1])
+        return record
+
+    def fit(self, records, restarts=10):
+        """Bearings, damping and unbalance of the machine from records of its runs, as [fit] of the file says. `records`: one
+        Recording, a list, or a dictionary name -> Recording ([[trial]] names a run)."""
+        return RotorFit.of(self._rotor.fit(_named(records), restarts))
+
+    def trend(self, records, restarts=10):
+        """Is it getting worse? Each record, in the order of time, fitted alone; which unknowns fall or rise."""
+        document, summary = self._rotor.trend(_named(records), restarts)
+        return Trend(summary, document)
+
+    def check_load(self, record, *, sensors=(), to_rpm=0.0):
+        """Is the centrifuge loaded right? Imbalance from a spin-up below the first critical speed."""
+        document, summary = self._rotor.check_load(record, list(sensors), _RPM * to_rpm)
+        return LoadCheck(summary, document)
+
+    def limits(self, to_rpm, from_rpm=60.0, points=200, safety=2.0):
+        """Where to trip: limits of every sensor of a centrifuge over speed."""
+        return SpeedLimits(_whirl.Summary(), self._rotor.limits(list(_RPM * np.linspace(from_rpm, to_rpm, points)), safety))
+
+    def run_up_plan(self, to_rpm, limit_um, torque_nm=0.0):
+        """How fast through? The acceleration that each critical speed of a centrifuge needs."""
+        document, summary = self._rotor.run_up(_RPM * to_rpm, 1e-6 * limit_um, torque_nm)
+        return PassagePlan(summary, document)
+
+
+@dataclass(repr=False)
+class _Table(Result):
+    _list = ""  # member of the document whose entries are the rows
+    _names = ()
+
+    def _columns(self):
+        return {name: [entry[name] for entry in self.document[self._list]] for name in self._names}
+
+    def _lines(self):
+        return [", ".join(f"{k} {v:.5g}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items())
+                for row in (dict(zip(self._columns(), cells)) for cells in zip(*self._columns().values()))]
+
+
+@dataclass(repr=False)
+class RotorModes(_Table):
+    """Frequencies in rad/s."""
+
+    def _columns(self):
+        modes = self.document["modes"]
+        return {name: [m[name] for m in modes] for name in ("frequency", "damping", "direction")}
+
+
+@dataclass(repr=False)
+class Criticals(_Table):
+    """`speeds` in rad/s; `unstable_from` in rad/s or None."""
+
+    _list = "criticals"
+    _names = ("speed", "frequency", "direction")
+
+    @property
+    def speeds(self):
+        return np.array([c["speed"] for c in self.document["criticals"]])
+
+    @property
+    def unstable_from(self):
+        threshold = self.document["unstable_from"]
+        return threshold["speed"] if threshold else None
+
+
+@dataclass(repr=False)
+class Campbell(Result):
+    """Whirl frequencies over speed, rad/s; a line a mode."""
+
+    @property
+    def speed(self):
+        return np.array([p["speed"] for p in self.document["points"]])
+
+    @property
+    def frequency(self):
+        """Points x modes."""
+        count = min(len(p["modes"]) for p in self.document["points"])
+        return np.array([[m["frequency"] for m in p["modes"][:count]] for p in self.document["points"]])
+
+    def _columns(self):
+        return {"speed": self.speed} | {f"mode{k + 1}": line for k, line in enumerate(self.frequency.T)}
+
+    def plot(self, axes=None):
+        (ax,) = _panel(axes)
+        ax.plot(self.speed / _RPM, self.frequency / 2 / np.pi)
+        ax.plot(self.speed / _RPM, self.speed / 2 / np.pi, color="0.5", linestyle="--", label="1X")
+        ax.set(xlabel="speed [rpm]", ylabel="whirl frequency [Hz]")
+        ax.legend()
+        return ax
+
+
+@dataclass(repr=False)
+class RotorResponse(Result):
+    """`curves`: name -> (amplitude in m zero-to-peak, phase lag in rad) over `speed` in rad/s."""
+
+    speed: np.ndarray
+    curves: dict
+
+    def _columns(self):
+        return {"speed": self.speed} | {name: a for name, (a, _) in self.curves.items()}
+
+    def _lines(self):
+        return [f"{name}: {1e6 * a.max():.4g} um at {self.speed[a.argmax()] / _RPM:.0f} rpm" for name, (a, _) in self.curves.items()]
+
+    def plot(self, axes=None):
+        upper, lower = _panel(axes, 2)
+        for name, (amplitude, phase) in self.curves.items():
+            upper.plot(self.speed / _RPM, 1e6 * amplitude, label=name)
+            lower.plot(self.speed / _RPM, np.degrees(phase))
+        upper.set(ylabel="amplitude, peak [um]")
+        upper.legend()
+        lower.set(xlabel="speed [rpm]", ylabel="phase lag [deg]")
+        return upper, lower
+
+
+@dataclass(repr=False)
+class RotorFit(_Table):
+    """`rotor`: the Rotor with the estimates; `unknowns` in `to_pandas()`."""
+
+    rotor: Rotor
+    _fit: Any
+
+    @classmethod
+    def of(cls, fit):
+        return cls(fit.summary, fit.document(), Rotor(fit.text(), "fitted"), fit)
+
+    def _columns(self):
+        rows = self.document["unknowns"]
+        ends = [row["estimate"]["ci95"] for row in rows]
+        return {"name": [row["name"] for row in rows], "value": [row["estimate"]["value"] for row in rows],
+                "low": [e[0] for e in ends], "high": [e[1] for e in ends], "identifiable": [row["identifiable"] for row in rows]}
+
+    def motion(self, at_mm, speeds_rpm):
+        """Motion at stations and forces of the bearings over speed with intervals, as in whirl.rotor_fit/1."""
+        found = self._fit.motion([1e-3 * p for p in np.atleast_1d(at_mm)], list(_RPM * np.atleast_1d(speeds_rpm)))
+        return {"motions": found["motions"], "forces": found["forces"]}
+
+
+@dataclass(repr=False)
+class Trend(_Table):
+    """`changed`: names of the unknowns that fall or rise."""
+
+    def _columns(self):
+        rows = self.document["unknowns"]
+        ends = [row["change"]["ci95"] for row in rows]
+        return {"name": [row["name"] for row in rows], "change": [row["change"]["value"] for row in rows],
+                "low": [e[0] for e in ends], "high": [e[1] for e in ends], "changed": [row["changed"] for row in rows]}
+
+    @property
+    def changed(self):
+        return [row["name"] for row in self.document["unknowns"] if row["changed"]]
+
+
+@dataclass(repr=False)
+class LoadCheck(Result):
+    """`verdict`: right, wrong or open; `imbalance` in kg at the buckets' radius, (value, low, high)."""
+
+    @property
+    def verdict(self):
+        return self.document["verdict"]
+
+    @property
+    def imbalance(self):
+        e = self.document["imbalance"]
+        return (e["value"], *e["ci95"])
+
+    def _columns(self):
+        return {"bucket": [c["bucket"] for c in self.document["changes"]], "mass": [c["mass"]["value"] for c in self.document["changes"]]}
+
+    def _lines(self):
+        value, low, high = (1e3 * v for v in self.imbalance)
+        return [f"loaded: {self.verdict}; imbalance {value:.3g} g ({low:.3g} to {high:.3g})"]
+
+
+@dataclass(repr=False)
+class SpeedLimits(Result):
+    def _columns(self):
+        return {"speed": self.document["speed"]} | {f"{s['name']}_trip": s["trip"] for s in self.document["sensors"]}
+
+
+@dataclass(repr=False)
+class PassagePlan(_Table):
+    """Accelerations in rad/s^2: `needed` is 0 where any keeps the limit, None where none does."""
+
+    _list = "passages"
+    _names = ("critical", "needed", "peak", "peak_slow", "place")
