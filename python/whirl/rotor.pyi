@@ -59,6 +59,7 @@ class RotorResponse(Result):
 @dataclass
 class RotorFit(Result):
     rotor: Rotor
+    _fit: Any
     def motion(self, at_mm: float | Sequence[float], speeds_rpm: float | Sequence[float]) -> dict[str, Any]: ...
 
 class Trend(Result):

@@ -123,7 +123,7 @@ TEST(RotorE2e, TrendFindsTheSupportThatSoftens) {
 TEST(RotorE2e, CentrifugeRunUpNeedsWhatItSays) {
   const Folder folder;
   ASSERT_EQ(folder.whirl("rotor new --template centrifuge --out rotor.toml").exit_code, 0);
-  const Outcome outcome = folder.whirl("centrifuge runup rotor.toml --to-rpm 3000 --limit-um 500 --json --quiet");
+  const Outcome outcome = folder.whirl("centrifuge runup rotor.toml --to-rpm 3000 --limit-um 150 --json --quiet");
   const io::Json document = io::parse_json(outcome.out, "stdout");
   const io::JsonReader in(document, "stdout");
   // Half of 400 g of tubes stands on the buckets, with 3 g at 90 mm.
@@ -146,7 +146,7 @@ TEST(RotorE2e, CentrifugeRunUpNeedsWhatItSays) {
       double most = 0;
       for (const io::JsonReader& peak : io::JsonReader(motion, "stdout").at("stations").items())
         if (peak.at("name").text() != "tubes") most = std::max(most, peak.at("peak").number());
-      EXPECT_EQ(most <= 500e-6, part > 1) << "needed " << needed << ", " << part << ": " << most;
+      EXPECT_EQ(most <= 150e-6, part > 1) << "needed " << needed << ", " << part << ": " << most;
     }
   }
   EXPECT_GT(tried, 0) << outcome.out;

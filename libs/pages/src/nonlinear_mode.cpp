@@ -150,6 +150,7 @@ io::Json to_json(const response::NonlinearMode& mode, const response::DecayCurve
     out.set(name, to_json(*e, unit));
   if (std::isfinite(gain.value)) out.set("gain", to_json(gain, ""));
   out.set("lowest", mode.lowest).set("highest", mode.highest);
+  out.set("frequency_spread", mode.frequency_spread).set("rate_spread", mode.rate_spread);
   return out.set("summary", io::to_json(mode.summary));
 }
 

@@ -82,6 +82,37 @@ Regression select(const MatrixXd& x, const VectorXd& y, Index fixed, double leas
   return best;
 }
 
+/// Of rows `x`, `y` over standard deviations `sd`. `spread` is the standard deviation that the points have beyond their
+/// own, as a part of `size`: with it the scatter is as it should be (Mandel and Paule, Anal. Chem. 42, 1970,
+/// 1194-1197). Without it the few most exact points would decide, and the curve miss the others by what the model
+/// lacks.
+struct Balanced {
+  Regression fit;
+  double square = 0, freedom = 1;  ///< of the fit by the points' own standard deviations
+  double spread = 0;
+};
+
+Balanced balanced(const MatrixXd& x, const VectorXd& y, const VectorXd& sd, const VectorXd& size) {
+  const auto with = [&](double spread) {
+    const VectorXd weight = (sd.array().square() + (spread * size.array()).square()).rsqrt();
+    return select(weight.asDiagonal() * x, weight.asDiagonal() * y, 1, 1);
+  };
+  Balanced out;
+  out.fit = with(0);
+  out.square = out.fit.square;
+  out.freedom = out.fit.freedom;
+  if (!(out.square > kPoor * out.freedom)) return out;
+  double low = 1e-8, high = 10;
+  for (int k = 0; k < 50; ++k) {
+    const double middle = std::sqrt(low * high);
+    const Regression r = with(middle);
+    (r.square > r.freedom ? low : high) = middle;
+  }
+  out.spread = high;
+  out.fit = with(high);
+  return out;
+}
+
 Estimate estimate(const Regression& r, Index column, double factor) {
   if (std::isnan(r.sd[column])) return {0, std::nan(""), 0, 0};
   return Estimate::from_sd(r.value[column], factor * r.sd[column]);
@@ -103,10 +134,10 @@ void judge(NonlinearMode& mode) {
                     "than one mode, or a motion that is still driven",
                     std::sqrt(mode.chi_square)));
   else if (mode.chi_square > kPoor)
-    mode.summary.warn(
-        fmt::format("model error: chi-square {:.2f} (1 when the model fits); the intervals are widened by "
-                    "{:.1f}",
-                    mode.chi_square, std::sqrt(mode.chi_square)));
+    mode.summary.warn(fmt::format(
+        "model error: chi-square {:.2f} (1 when the model fits); beyond their noise the points lie {:.2g} % "
+        "of the frequency and {:.2g} % of the damping off the curves, and the intervals hold that",
+        mode.chi_square, 100 * mode.frequency_spread, 100 * mode.rate_spread));
   if (!(mode.k1.value > 0)) mode.summary.fail("the stiffness at small amplitude is not positive");
   const double low = mode.rate(mode.lowest), high = mode.rate(mode.highest);
   if (low < 0 || high < 0) mode.summary.warn("the damping is negative at some amplitude of the data");
@@ -166,26 +197,32 @@ NonlinearMode fit_decay(const DecayCurve& curve) {
   const auto n = static_cast<Index>(curve.points.size());
   if (n < 6) throw Error("decay: six windows at least are needed");
   MatrixXd stiffness(n, 3), damping(n, 3);
-  VectorXd square(n), fall(n);
+  VectorXd square(n), fall(n), square_sd(n), fall_sd(n);
   NonlinearMode mode;
   for (Index k = 0; k < n; ++k) {
     const DecayPoint& p = curve.points[static_cast<std::size_t>(k)];
     if (!(p.frequency_sd > 0) || !(p.rate_sd > 0)) throw Error("decay: a window has no scatter: is the record exact?");
-    const double a = p.amplitude, w = p.frequency, stiff = 1 / (2 * w * p.frequency_sd), damp = 1 / (2 * p.rate_sd);
-    stiffness.row(k) = stiff * Eigen::RowVector3d(1, 0.75 * a * a, 0.625 * a * a * a * a);
-    square[k] = stiff * (w * w + p.rate * p.rate);
-    damping.row(k) = damp * Eigen::RowVector3d(1, 8 / (3 * kPi) * w * a, 4 / kPi / (w * a));
-    fall[k] = damp * 2 * p.rate;
+    const double a = p.amplitude, w = p.frequency;
+    stiffness.row(k) = Eigen::RowVector3d(1, 0.75 * a * a, 0.625 * a * a * a * a);
+    square[k] = w * w + p.rate * p.rate;
+    square_sd[k] = 2 * w * p.frequency_sd;
+    damping.row(k) = Eigen::RowVector3d(1, 8 / (3 * kPi) * w * a, 4 / kPi / (w * a));
+    fall[k] = 2 * p.rate;
+    fall_sd[k] = 2 * p.rate_sd;
     set_range(mode, a);
   }
-  const Regression s = select(stiffness, square, 1, 1);
+  const Balanced stiff = balanced(stiffness, square, square_sd, square);
+  const Regression& s = stiff.fit;
   mode.k1.value = s.value[0];
   mode.k3.value = s.value[1];
   mode.k5.value = s.value[2];
   for (Index k = 0; k < n; ++k)
     damping.row(k) *= fall_factor(mode, curve.points[static_cast<std::size_t>(k)].amplitude);
-  const Regression d = select(damping, fall, 1, 1);
-  mode.chi_square = (s.square + d.square) / (s.freedom + d.freedom);
+  const Balanced damp = balanced(damping, fall, fall_sd, VectorXd::Constant(n, fall.cwiseAbs().mean()));
+  const Regression& d = damp.fit;
+  mode.chi_square = (stiff.square + damp.square) / (stiff.freedom + damp.freedom);
+  mode.frequency_spread = stiff.spread / 2;
+  mode.rate_spread = damp.spread;
   const double of_s = std::sqrt(std::max(1.0, s.square / s.freedom)),
                of_d = std::sqrt(std::max(1.0, d.square / d.freedom));
   mode.k1 = estimate(s, 0, of_s);

@@ -118,6 +118,29 @@ TEST(DecayProperty, DrivenPartIsLeftOutAndTwoModesAreRefused) {
   }
 }
 
+// Damping that rises and falls again with amplitude, as a clamped beam of joints has it: none of the terms does. Early
+// windows are a hundred times as exact as late ones and may not decide alone. What the curve misses is stated and held.
+TEST(DecayProperty, DampingBeyondTheTermsIsFittedAtAllAmplitudes) {
+  std::mt19937_64 random(88);
+  std::normal_distribution<double> normal;
+  DecayCurve curve;
+  const auto rate = [](double a) { return 0.5 + 1.2 * std::exp(-std::pow(std::log(a / 1e-4), 2)); };
+  for (int k = 0; k < 40; ++k) {
+    const double a = 2e-4 * std::exp(-0.12 * k), sd = 0.006 * std::exp(0.1 * k);
+    curve.points.push_back({0.2 * k, a, 230 + 1e-2 * normal(random), 1e-2, rate(a) + sd * normal(random), sd});
+  }
+  const NonlinearMode mode = fit_decay(curve);
+  EXPECT_GT(mode.rate_spread, 0.05);
+  EXPECT_EQ(mode.frequency_spread, 0);
+  double mean = 0, square = 0;
+  for (const DecayPoint& p : curve.points) {
+    mean += rate(p.amplitude) / 40;
+    square += std::pow(mode.rate(p.amplitude) - rate(p.amplitude), 2) / 40;
+  }
+  EXPECT_LT(std::sqrt(square), 1.2 * mode.rate_spread * mean);
+  EXPECT_NEAR(mode.rate(mode.lowest), rate(mode.lowest), 0.3);
+}
+
 // Samples that are marked as damaged do not count: mode and intervals as of the sound record. Unmarked they break the
 // decay off, or bend the curve.
 TEST(DecayProperty, DamagedSamplesAreLeftOut) {

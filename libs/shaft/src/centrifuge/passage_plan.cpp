@@ -111,14 +111,13 @@ class Passages {
 /// What every passage needs against what the drive can.
 void judge(PassagePlan& plan, const PassageOptions& o) {
   for (const Passage& p : plan.passages) {
-    const bool none = std::isinf(p.needed), beyond = !none && std::isfinite(plan.drive) && p.needed > plan.drive;
-    if (!none && !beyond) continue;
     const double rpm = p.critical * kRpmPerRadPerSec;
-    plan.summary.add({FindingCode::requirement_missed, Consequence::unusable,
-                      none ? std::vector<Amount>{{"peak", p.peak, "m"}, {"most", o.limit, "m"}}
-                           : std::vector<Amount>{{"value", plan.drive, "rad/s^2"}, {"least", p.needed, "rad/s^2"}},
-                      fmt::format("passage at {:.0f} rpm", rpm)},
-                     none ? ": no acceleration keeps the limit" : "");
+    if (std::isinf(p.needed))
+      plan.summary.fail(fmt::format("passage at {:.0f} rpm: {:.3g} um at {:.0f} rpm/s, no acceleration keeps {:.3g} um",
+                                    rpm, 1e6 * p.peak, o.fastest * kRpmPerRadPerSec, 1e6 * o.limit));
+    else if (p.needed > plan.drive)  // false where the drive is not known
+      plan.summary.fail(fmt::format("passage at {:.0f} rpm needs {:.3g} rpm/s: the drive gives {:.3g} rpm/s", rpm,
+                                    p.needed * kRpmPerRadPerSec, plan.drive * kRpmPerRadPerSec));
   }
 }
 

@@ -39,6 +39,7 @@ class LvmReader {
       }
     }
     if (file_.tables.empty()) lines_.fail("no segment with data");
+    say_found();
     return std::move(file_);
   }
 
@@ -135,23 +136,38 @@ class LvmReader {
       }
       const std::string declared_samples = value(header, "Samples", c);
       if (!declared_samples.empty() && number(declared_samples, "Samples") != static_cast<double>(n)) {
-        file_.findings.push_back(
-            fmt::format("channel '{}': header declares {} samples, {} are present", titles[c], declared_samples, n));
+        found(fmt::format("header declares {} samples, {} are present", declared_samples, n), titles[c]);
       }
       Signal signal = make_signal(titles[c], value(header, "Y_Unit_Label", c),
                                   Eigen::Map<const Eigen::VectorXd>(values[c].data(), n));
       if (!signal.quantity) {
-        file_.findings.push_back(
-            fmt::format("channel '{}' has {}", titles[c],
-                        signal.unit.empty() ? "no unit" : "the unknown unit '" + signal.unit + "'"));
+        found(signal.unit.empty() ? "no unit" : "the unknown unit '" + signal.unit + "'", titles[c]);
       }
       add_signal(file_, table, std::move(signal));
     }
     ++segments_;
   }
 
+  /// What several channels have in common is said once.
+  void found(const std::string& what, const std::string& channel) {
+    const auto at = std::ranges::find(found_, what, &std::pair<std::string, std::vector<std::string>>::first);
+    (at != found_.end() ? *at : found_.emplace_back(what, std::vector<std::string>{})).second.push_back(channel);
+  }
+  void say_found() {
+    for (const auto& [what, channels] : found_) {
+      constexpr std::size_t kNamed = 3;
+      const std::vector<std::string> named(channels.begin(),
+                                           channels.begin() + static_cast<long>(std::min(kNamed, channels.size())));
+      file_.findings.push_back(channels.size() == 1
+                                   ? fmt::format("channel '{}': {}", named[0], what)
+                                   : fmt::format("{} channels ('{}'{}): {}", channels.size(), fmt::join(named, "', '"),
+                                                 channels.size() > kNamed ? ", ..." : "", what));
+    }
+  }
+
   TextLines lines_;
   SignalFile file_;
+  std::vector<std::pair<std::string, std::vector<std::string>>> found_;
   char separator_ = '\t', decimal_ = '.';
   std::size_t x_columns_ = 1;
   int segments_ = 0;
