@@ -46,15 +46,26 @@ function rowOf(list, k) {
   return list.children[k];
 }
 
+/** Channels whose 1X is followed, and those with a limit; of a stream without these every motion. */
+function shownChannels(limits) {
+  const motion = store.stream.channels.map((channel, index) => ({ channel, index })).filter(({ channel }) => MOTION.includes(channel.quantity));
+  const chosen = motion.filter(({ channel }) => store.stream.tracked.includes(channel.name) || limits.some((l) => l.channel === channel.name));
+  return chosen.length ? chosen : motion;
+}
+
 function drawLevels() {
   const list = byId("levels"), kind = KINDS[byId("level-kind").value], limits = store.status ? store.status.limits : [];
+  const rows = shownChannels(limits).map(({ channel, index }) => ({ channel, found: level(index) })).filter((r) => r.found);
+  const largest = {}; // of each quantity: the scale of channels without a limit
+  for (const r of rows) {
+    r.size = kind.of(r.found);
+    largest[r.channel.quantity] = Math.max(largest[r.channel.quantity] || 0, r.size);
+  }
   let k = 0;
-  store.stream.channels.forEach((channel, index) => {
-    if (!MOTION.includes(channel.quantity)) return;
-    const found = level(index), limit = limits.find((l) => l.channel === channel.name);
-    if (!found) return;
-    const row = rowOf(list, k++), [name, value, bar, note] = row.children, [fill, mark] = bar.children, size = kind.of(found);
-    const most = limit ? kind.limit * limit.limit : 0, full = limit ? Math.max(1.5 * most, size) : size;
+  for (const { channel, size } of rows) {
+    const limit = limits.find((l) => l.channel === channel.name);
+    const row = rowOf(list, k++), [name, value, bar, note] = row.children, [fill, mark] = bar.children;
+    const most = limit ? kind.limit * limit.limit : 0, full = limit ? Math.max(1.5 * most, size) : largest[channel.quantity];
     const over = limit && (limit.over || size > most);
     row.className = over ? "over" : "";
     name.textContent = channel.name;
@@ -63,7 +74,7 @@ function drawLevels() {
     mark.hidden = !limit;
     mark.style.left = `${full > 0 ? 100 * most / full : 0}%`;
     note.textContent = [over ? "⚠ above its limit" : limit ? "below its limit" : "no limit", firstOrder(channel.name)].filter(Boolean).join("; ");
-  });
+  }
   while (list.children.length > k) list.lastChild.remove();
   byId("levels-none").hidden = k > 0;
   byId("slow-roll").hidden = !store.stream.tracked.length;

@@ -88,14 +88,17 @@ report::Table verdict_table(const std::vector<Verdict>& verdicts, const Signatur
   using report::Align;
   report::Table t;
   t.caption = "Verdict";
-  t.columns = {{"machine", "", Align::left},  {"date", "", Align::left},     {"analyst", "", Align::left},
-               {"record", "", Align::left},   {"standard", "", Align::left}, {"zone", "", Align::center},
-               {"findings", "", Align::left}, {"next step", "", Align::left}};
+  t.columns = {{"record", "", Align::left}};
   const auto stated = [](const std::string& text) { return text.empty() ? std::string("not stated") : text; };
+  const auto joined = [](const std::vector<std::string>& parts, const char* none) {
+    return parts.empty() ? std::string(none) : fmt::format("{}", fmt::join(parts, "; "));
+  };
+  std::vector<std::vector<std::string>> rows{{"machine"}, {"date"},     {"analyst"},  {"standard"},
+                                             {"zone"},    {"findings"}, {"next step"}};
   for (const Verdict& v : verdicts) {
-    std::vector<std::string> findings;
+    t.columns.push_back({v.record, "", Align::left});
+    std::vector<std::string> findings, standard, zone;
     for (const auto* f : told(v)) findings.push_back(short_text(*f));
-    std::vector<std::string> standard, zone;
     if (v.zone) {
       standard.push_back(fmt::format("ISO 20816-3 shaft: {} p-p at {:.0f} rpm (channel {})",
                                      report::format_quantity(v.peak_to_peak, Quantity::displacement),
@@ -108,13 +111,16 @@ report::Table verdict_table(const std::vector<Verdict>& verdicts, const Signatur
                                      v.housing_channel, v.housing_zone ? "" : ", no zone: see findings"));
       if (v.housing_zone) zone.push_back(zone_text(*v.housing_zone));
     }
-    const auto joined = [](const std::vector<std::string>& parts) {
-      return parts.empty() ? std::string("–") : fmt::format("{}", fmt::join(parts, "; "));
-    };
-    t.add({stated(signature.machine), stated(signature.date), stated(signature.analyst), v.record, joined(standard),
-           joined(zone), findings.empty() ? std::string("none") : fmt::format("{}", fmt::join(findings, "; ")),
-           next_steps(v)});
+    const std::string cells[] = {stated(signature.machine),
+                                 stated(signature.date),
+                                 stated(signature.analyst),
+                                 joined(standard, "–"),
+                                 joined(zone, "–"),
+                                 joined(findings, "none"),
+                                 next_steps(v)};
+    for (std::size_t k = 0; k < rows.size(); ++k) rows[k].push_back(cells[k]);
   }
+  for (std::vector<std::string>& row : rows) t.add(std::move(row));
   t.notes = {
       "Zone: unfiltered shaft vibration at the service speed, or the highest of the record, and velocity of the "
       "housing, "

@@ -196,6 +196,24 @@ const VibrationFinding* VibrationFindings::find(VibrationCode code, std::string_
   return nullptr;
 }
 
+namespace {
+
+/// A run through a resonance turns the 1X vector within a block of turns, whose mean is too small: there the largest
+/// vector of a turn is the size, as in a Bode plot.
+void read_first_orders_by_turn(const Recording& record, const Rotation& turning, VibrationFindings& result) {
+  if (at_one_speed(turning)) return;
+  for (VibrationFinding& f : result.findings) {
+    if (f.code != VibrationCode::first_order) continue;
+    const signal::SynchronousCurve curve = order_curve(record, turning, f.channel);
+    if (curve.vector.size() == 0) continue;
+    Eigen::Index at = 0;
+    f.size = curve.vector.cwiseAbs().maxCoeff(&at);
+    f.speed = curve.speed[at];
+  }
+}
+
+}  // namespace
+
 VibrationFindings find_vibration(const Recording& record, const VibrationOptions& options) {
   require_range("dt", record.dt, std::numeric_limits<double>::min(), 1e6, "s");
   require_range("chance", options.chance, 1e-12, 0.5);
@@ -214,6 +232,7 @@ VibrationFindings find_vibration(const Recording& record, const VibrationOptions
   const double tests = static_cast<double>(channels) * kVibrationCodes;
   for (const Channel& c : record.channels)
     if (vibrates(c)) study_channel(c, record, *turning, options, tests, result);
+  read_first_orders_by_turn(record, *turning, result);
   if (halved) result.unjudged.push_back({"", VibrationCode::half_orders, UnjudgedReason::half_or_first});
   return result;
 }

@@ -191,7 +191,7 @@ std::string next_step(const VibrationFinding& f) {
   if (f.ambiguous) return "record longer or at another speed: 2X and electric lines are not distinguished here";
   switch (f.code) {
     case VibrationCode::first_order:
-      return "balance (`whirl balance`) where 1X is too large";
+      return "balance (whirl balance) where 1X is too large";
     case VibrationCode::second_order:
       return "check the alignment, then the shaft for unequal stiffness";
     case VibrationCode::harmonics:

@@ -34,7 +34,7 @@ struct Signature {
 /// either end does not count.
 Verdict verdict_on(const std::string& name, const Recording& record, double service_speed);
 
-/// Machine, date, analyst, standard, zone, findings, next step; a row per record.
+/// Machine, date, analyst, standard, zone, findings, next step; a column per record.
 report::Table verdict_table(const std::vector<Verdict>& verdicts, const Signature& signature);
 
 }  // namespace whirl::pages
