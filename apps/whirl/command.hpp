@@ -14,8 +14,16 @@
 #include "whirl/core/summary.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/io/output.hpp"
+#include "whirl/io/remarks.hpp"
 
 namespace whirl::app {
+
+/// Of a reader or writer: file and sentence.
+struct Remark {
+  std::string file, text;
+  io::RemarkCode code = io::RemarkCode::other;
+  bool operator==(const Remark&) const = default;
+};
 
 /// What all subcommands share: how to print and which exit code the program ends with.
 ///
@@ -25,11 +33,11 @@ struct Session {
   bool quiet = false;
   int exit_code = 0;
   std::string command_line;
-  const CommandLine* command = nullptr;                      ///< that runs
-  std::vector<std::pair<std::string, std::string>> remarks;  ///< of readers and writers: file, sentence
+  const CommandLine* command = nullptr;  ///< that runs
+  std::vector<Remark> remarks;           ///< of readers and writers
 
   /// Prints a remark on stderr, once, and keeps it for the JSON result.
-  void note(const std::string& file, const std::string& remark);
+  void note(const std::string& file, const std::string& remark, io::RemarkCode code);
 
   /// Prints text for a person; nothing under --json.
   void say(const std::string& text) const;

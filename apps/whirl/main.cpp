@@ -27,11 +27,11 @@ void Session::say(const std::string& text) const {
   if (!json) fmt::print("{}\n", text);
 }
 
-void Session::note(const std::string& file, const std::string& remark) {
-  const std::pair<std::string, std::string> entry{file, remark};
+void Session::note(const std::string& file, const std::string& remark, io::RemarkCode code) {
+  const Remark entry{file, remark, code};
   if (std::find(remarks.begin(), remarks.end(), entry) != remarks.end()) return;
   remarks.push_back(entry);
-  complain("warning", file + ": " + remark);
+  complain(io::is_information(code) ? "note" : "warning", file + ": " + remark);
 }
 
 void Session::result(const io::Json& value) const {
@@ -39,7 +39,12 @@ void Session::result(const io::Json& value) const {
   io::Json document = value;
   if (!remarks.empty()) {
     io::Json list = io::Json::array();
-    for (const auto& [file, text] : remarks) list.push(io::Json::object().set("file", file).set("text", text));
+    for (const Remark& r : remarks)
+      list.push(io::Json::object()
+                    .set("file", r.file)
+                    .set("text", r.text)
+                    .set("code", std::string(to_string(r.code)))
+                    .set("severity", io::is_information(r.code) ? "info" : "warning"));
     document.set("remarks", std::move(list));
   }
   fmt::print("{}\n", document.dump());
@@ -101,7 +106,8 @@ int run(int argc, char** argv) {
       "controller.json");
 
   Session session;
-  io::set_remark_handler([&](const std::string& file, const std::string& text) { session.note(file, text); });
+  io::set_remark_handler(
+      [&](const std::string& file, const std::string& text, io::RemarkCode code) { session.note(file, text, code); });
   app.section("Data: read, convert, show");
   add_info(app, session);
   add_convert(app, session);

@@ -1,32 +1,15 @@
 // Any file of signals, responses or geometry as the program opens it: the content decides the format. The bytes stand
 // in a file that lives in memory. What begins as HDF5 is left to fuzz_hdf5 (it is read in a process of its own).
-#include <sys/mman.h>
-#include <unistd.h>
-
-#include <filesystem>
-#include <string>
-
 #include "signal_checks.hpp"
 #include "whirl/io/formats.hpp"
 #include "whirl/io/geometry.hpp"
-
-namespace {
-
-/// A file in memory; every run writes it anew.
-std::filesystem::path file_of(std::string_view bytes) {
-  static const int descriptor = memfd_create("fuzz", 0);
-  whirl::fuzz::require(descriptor >= 0 && ftruncate(descriptor, 0) == 0);
-  whirl::fuzz::require(pwrite(descriptor, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size()));
-  return "/proc/self/fd/" + std::to_string(descriptor);
-}
-
-}  // namespace
 
 void whirl::fuzz::run(std::string_view bytes) {
   if (bytes.find("\x89HDF") != std::string_view::npos) return;
   const auto path = file_of(bytes);
   // A byte of gzip or of a deflated member of an archive may stand for a thousand values.
   only_errors([&] { check(io::read_signals(path), bytes.size(), 1100); });
+  check_parts(path, bytes.size(), 1100);
   only_errors([&] {
     const auto frf = io::read_responses(path, FrfKind::accelerance);
     if (!frf) return;

@@ -1,7 +1,15 @@
 // What holds for the signals of every format, and that no header made them larger than the bytes allow.
 #pragma once
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
 #include "harness.hpp"
 #include "whirl/io/info.hpp"
+#include "whirl/io/record_stream.hpp"
 
 namespace whirl::fuzz {
 
@@ -20,6 +28,41 @@ inline void check(const io::SignalFile& file, std::size_t bytes, std::size_t mos
   require(!to_string(io::describe(file)).empty());
   only_errors([&] { io::recording_of(file).check(); });
   only_errors([&] { io::recording_of(file, {.rate = 100, .columns = {"1:x_V*2"}}).check(); });
+}
+
+/// A file in memory; every run writes it anew.
+inline std::filesystem::path file_of(std::string_view bytes) {
+  static const int descriptor = memfd_create("fuzz", 0);
+  require(descriptor >= 0 && ftruncate(descriptor, 0) == 0);
+  require(pwrite(descriptor, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size()));
+  return "/proc/self/fd/" + std::to_string(descriptor);
+}
+
+/// The same file in parts of a few rows, and some rows of it: no more than its bytes allow, and what the whole has
+/// where both are read.
+inline void check_parts(const std::filesystem::path& path, std::size_t bytes, std::size_t most_per_byte) {
+  std::optional<io::SignalFile> whole;
+  only_errors([&] { whole = io::read_signals(path); });
+  for (const Eigen::Index each : {7, 65536}) {
+    only_errors([&] {
+      const auto stream = io::open_signal_stream(path, {}, {.each = each});
+      Eigen::Index rows = 0, columns = 0;
+      io::SignalFile part;
+      for (int parts = 0; parts < 200 && stream->next(part); ++parts) {
+        for (const io::SignalTable& table : part.tables) {
+          columns = std::max(columns, static_cast<Eigen::Index>(table.signals.size()));
+          for (const io::Signal& s : table.signals) require(s.value.size() == table.rows());
+        }
+        if (!part.tables.empty()) rows += part.tables.front().rows();
+      }
+      require(static_cast<std::size_t>(rows) <= most_per_byte * bytes);
+      const bool compared = each > 7 && whole && whole->tables.size() == 1 && part.tables.size() == 1 &&
+                            whole->tables[0].x.size() == 0 &&
+                            part.tables[0].signals.size() == whole->tables[0].signals.size();
+      if (compared && whole->tables[0].rows() < each) require(rows == whole->tables[0].rows());
+    });
+  }
+  only_errors([&] { io::read_record_rows(path, {}, {.first = 1, .end = 4, .each = 2}).check(); });
 }
 
 }  // namespace whirl::fuzz

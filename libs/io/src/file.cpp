@@ -45,7 +45,7 @@ struct ByteSource::State {
   bool gzip = false;
   bool inflating = false;
   bool member_done = false;
-  std::uint64_t packed = 0, unpacked = 0;  // bytes
+  std::uint64_t packed = 0, unpacked = 0, taken = 0;  // bytes
   z_stream z{};
 
   ~State() {
@@ -65,6 +65,7 @@ struct ByteSource::State {
       end = true;
     }
     raw = {input.data(), n};
+    taken += n;
   }
 
   void start() {
@@ -198,6 +199,7 @@ std::size_t ByteSource::read(char* to, std::size_t size) {
 }
 const std::string& ByteSource::name() const { return state_->name; }
 bool ByteSource::compressed() const { return state_->gzip; }
+std::uint64_t ByteSource::taken() const { return state_->taken; }
 
 namespace {
 

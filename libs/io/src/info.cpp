@@ -8,8 +8,14 @@
 #include <limits>
 #include <vector>
 
+#include "whirl/core/error.hpp"
+
 namespace whirl::io {
 namespace {
+
+constexpr const char* kConstant = "constant: the sensor may not be connected";
+constexpr const char* kOtherTables =
+    "its axes change inside the file: it cannot be read in parts; --rows FIRST:END reads some rows";
 
 /// Runs of equal neighbouring samples: how many reach `least`, and the longest.
 struct Runs {
@@ -80,7 +86,7 @@ void judge_channel(const Channel& c, const Recording& record, ChannelInfo& info)
   std::vector<std::string>& out = info.findings;
   const Eigen::VectorXd& x = c.samples;
   if (info.minimum == info.maximum) {
-    out.push_back("constant: the sensor may not be connected");
+    out.push_back(kConstant);
     return;
   }
   const auto at = [&](Eigen::Index i) {
@@ -125,18 +131,68 @@ void judge_channel(const Channel& c, const Recording& record, ChannelInfo& info)
 
 namespace {
 
-ChannelInfo statistics(const std::string& name, const Eigen::VectorXd& samples) {
-  ChannelInfo info;
-  info.name = name;
-  std::vector<double> finite;
-  std::copy_if(samples.begin(), samples.end(), std::back_inserter(finite), [](double v) { return std::isfinite(v); });
-  if (finite.empty()) return info;
-  const Eigen::Map<const Eigen::VectorXd> x(finite.data(), static_cast<Eigen::Index>(finite.size()));
-  info.minimum = x.minCoeff();
-  info.maximum = x.maxCoeff();
-  info.mean = x.mean();
-  info.rms = std::sqrt(x.squaredNorm() / static_cast<double>(x.size()));
+/// Range, mean and rms of the finite values, whatever the parts are that they come in.
+class ChannelStatistics {
+ public:
+  void add(const Eigen::Ref<const Eigen::VectorXd>& samples) {
+    for (const double v : samples) {
+      if (!std::isfinite(v)) continue;
+      minimum_ = finite_ == 0 ? v : std::min(minimum_, v);
+      maximum_ = finite_ == 0 ? v : std::max(maximum_, v);
+      sum_ += v;
+      squares_ += static_cast<long double>(v) * v;
+      ++finite_;
+    }
+    all_ += samples.size();
+  }
+  Eigen::Index missing() const { return all_ - finite_; }
+  ChannelInfo info(const std::string& name) const {
+    ChannelInfo out;
+    out.name = name;
+    if (finite_ == 0) return out;
+    out.minimum = minimum_;
+    out.maximum = maximum_;
+    out.mean = static_cast<double>(sum_ / static_cast<long double>(finite_));
+    out.rms = static_cast<double>(std::sqrt(squares_ / static_cast<long double>(finite_)));
+    return out;
+  }
+
+ private:
+  double minimum_ = 0, maximum_ = 0;
+  long double sum_ = 0, squares_ = 0;
+  Eigen::Index finite_ = 0, all_ = 0;
+};
+
+/// Of complex values the magnitude.
+Eigen::VectorXd shown_values(const Signal& signal) {
+  if (signal.imaginary.size() == 0) return signal.value;
+  return (signal.value.cwiseAbs2() + signal.imaginary.cwiseAbs2()).cwiseSqrt();
+}
+
+ChannelInfo channel_info(const Signal& signal, const ChannelStatistics& statistics) {
+  ChannelInfo info = statistics.info(signal.name);
+  info.quantity = signal.quantity.value_or(Quantity::dimensionless);
+  info.unit = signal.quantity ? std::string(si_unit(*signal.quantity)) : signal.unit;
   return info;
+}
+
+std::string missing_values(Eigen::Index missing, Eigen::Index of) {
+  return fmt::format("{} of {} values are missing or not finite", missing, of);
+}
+
+TableInfo table_head(const SignalTable& table, Eigen::Index rows, FileInfo& info) {
+  const bool time = table.abscissa == Quantity::time;
+  TableInfo ti{table.name,
+               time ? "time" : table.abscissa ? "frequency" : "rows",
+               table.start,
+               table.step,
+               static_cast<long>(rows),
+               {}};
+  if (table.x.size() > 0)
+    info.findings.push_back(fmt::format("the {} values of table '{}' are not uniform", ti.abscissa, table.name));
+  if (!table.abscissa && rows > 1)
+    info.findings.push_back("no column of time: state the sample rate with --rate HZ to read it as a record");
+  return ti;
 }
 
 std::string channel_lines(const std::vector<ChannelInfo>& channels) {
@@ -162,7 +218,9 @@ RecordingInfo describe(const Recording& record) {
   record.check();
   RecordingInfo info{record.source, record.rate(), record.duration(), static_cast<long>(record.size()), {}};
   for (const Channel& c : record.channels) {
-    ChannelInfo ci = statistics(c.name, c.samples);
+    ChannelStatistics statistics;
+    statistics.add(c.samples);
+    ChannelInfo ci = statistics.info(c.name);
     ci.quantity = c.quantity;
     ci.unit = si_unit(c.quantity);
     if (c.samples.size() > 0) judge_channel(c, record, ci);
@@ -174,40 +232,71 @@ RecordingInfo describe(const Recording& record) {
 FileInfo describe(const SignalFile& file) {
   FileInfo info{file.source, file.format, {}, file.contents, file.findings};
   for (const SignalTable& table : file.tables) {
-    const bool time = table.abscissa == Quantity::time;
-    TableInfo ti{table.name,
-                 time             ? "time"
-                 : table.abscissa ? "frequency"
-                                  : "rows",
-                 table.start,
-                 table.step,
-                 static_cast<long>(table.rows()),
-                 {}};
-    if (table.x.size() > 0)
-      info.findings.push_back(fmt::format("the {} values of table '{}' are not uniform", ti.abscissa, table.name));
-    if (!table.abscissa && table.rows() > 1)
-      info.findings.push_back("no column of time: state the sample rate with --rate HZ to read it as a record");
+    TableInfo ti = table_head(table, table.rows(), info);
     Recording axis;
     axis.t0 = table.start;
     axis.dt = table.step > 0 ? table.step : 1;
     for (const Signal& signal : table.signals) {
-      const bool complex = signal.imaginary.size() > 0;
-      const Eigen::VectorXd shown =
-          complex ? Eigen::VectorXd((signal.value.cwiseAbs2() + signal.imaginary.cwiseAbs2()).cwiseSqrt())
-                  : signal.value;
-      ChannelInfo ci = statistics(signal.name, shown);
-      ci.quantity = signal.quantity.value_or(Quantity::dimensionless);
-      ci.unit = signal.quantity ? std::string(si_unit(*signal.quantity)) : signal.unit;
-      if (!shown.allFinite()) {
-        ci.findings.push_back(fmt::format("{} of {} values are missing or not finite",
-                                          shown.size() - shown.array().isFinite().count(), shown.size()));
-      } else if (time && !complex && shown.size() > 1) {
+      const Eigen::VectorXd shown = shown_values(signal);
+      ChannelStatistics statistics;
+      statistics.add(shown);
+      ChannelInfo ci = channel_info(signal, statistics);
+      if (statistics.missing() > 0) {
+        ci.findings.push_back(missing_values(statistics.missing(), shown.size()));
+      } else if (table.abscissa == Quantity::time && signal.imaginary.size() == 0 && shown.size() > 1) {
         judge_channel({signal.name, ci.quantity, shown}, axis, ci);
       }
       ti.channels.push_back(std::move(ci));
     }
     info.tables.push_back(std::move(ti));
   }
+  return info;
+}
+
+FileInfo describe(SignalStream& stream, const std::function<void(double)>& progress) {
+  SignalFile part;
+  std::vector<SignalTable> heads;  // of the first part, without values
+  std::vector<std::vector<ChannelStatistics>> statistics;
+  std::vector<Eigen::Index> rows;
+  FileInfo info;
+  while (stream.next(part)) {
+    if (heads.empty()) {
+      info.source = part.source;
+      info.format = part.format;
+      info.contents = part.contents;
+      for (SignalTable& table : part.tables) statistics.emplace_back(table.signals.size());
+      rows.resize(part.tables.size());
+    }
+    if (!heads.empty() && part.tables.size() != heads.size()) throw Error::in_file(info.source, 0, kOtherTables);
+    for (std::size_t k = 0; k < part.tables.size(); ++k) {
+      SignalTable& table = part.tables[k];
+      if (table.signals.size() != statistics[k].size()) throw Error::in_file(info.source, 0, kOtherTables);
+      for (std::size_t c = 0; c < table.signals.size(); ++c) statistics[k][c].add(shown_values(table.signals[c]));
+      rows[k] += table.rows();
+    }
+    info.findings.insert(info.findings.end(), part.findings.begin(), part.findings.end());
+    if (heads.empty()) {
+      heads = std::move(part.tables);
+      for (SignalTable& table : heads)
+        for (Signal& signal : table.signals) signal.value = Eigen::VectorXd();
+    }
+    progress(stream.done());
+  }
+  for (std::size_t k = 0; k < heads.size(); ++k) {
+    TableInfo ti = table_head(heads[k], rows[k], info);
+    for (std::size_t c = 0; c < heads[k].signals.size(); ++c) {
+      const ChannelStatistics& s = statistics[k][c];
+      ChannelInfo ci = channel_info(heads[k].signals[c], s);
+      if (s.missing() > 0)
+        ci.findings.push_back(missing_values(s.missing(), rows[k]));
+      else if (heads[k].abscissa == Quantity::time && rows[k] > 1 && ci.minimum == ci.maximum)
+        ci.findings.push_back(kConstant);
+      ti.channels.push_back(std::move(ci));
+    }
+    info.tables.push_back(std::move(ti));
+  }
+  info.findings.push_back(
+      "read in parts: damage and vibration are not looked for; --rows FIRST:END looks at some rows");
   return info;
 }
 

@@ -14,8 +14,12 @@ RemarkHandler& handler() {
 
 RemarkHandler set_remark_handler(RemarkHandler next) { return std::exchange(handler(), std::move(next)); }
 
-void remark(const std::string& file, const std::string& text) {
-  if (handler()) handler()(file, text);
+void remark(const std::string& file, const std::string& text, RemarkCode code) {
+  if (handler()) handler()(file, text, code);
 }
+
+std::string_view to_string(RemarkCode code) { return code == RemarkCode::open_last_line ? "open_last_line" : "other"; }
+
+bool is_information(RemarkCode code) { return code == RemarkCode::open_last_line; }
 
 }  // namespace whirl::io

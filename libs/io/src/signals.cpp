@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "formats/parts/rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/remarks.hpp"
 
@@ -305,18 +306,24 @@ void add_signal(SignalFile& file, const SignalTable& like, Signal signal) {
   file.tables.back().signals = {std::move(signal)};
 }
 
-void set_abscissa(SignalTable& table, Quantity quantity, const Eigen::VectorXd& values) {
+void set_abscissa(SignalTable& table, Quantity quantity, const Eigen::VectorXd& values, const PartOfAxis& part) {
   table.abscissa = quantity;
-  const Eigen::Index n = values.size();
-  table.start = n > 0 ? values[0] : 0;
-  table.step = n > 1 ? (values[n - 1] - values[0]) / static_cast<double>(n - 1) : 0;
+  const Eigen::Index n = part.rows;
+  table.start = n > 0 ? part.head : 0;
+  table.step = n > 1 ? (part.tail - part.head) / static_cast<double>(n - 1) : 0;
   bool uniform = table.step > 0 && std::isfinite(table.step);
-  for (Eigen::Index i = 0; i < n && uniform; ++i) {
-    uniform = std::abs(values[i] - table.start - table.step * static_cast<double>(i)) <= 0.05 * table.step;
+  for (Eigen::Index i = 0; i < values.size() && uniform; ++i) {
+    const double due = table.step * static_cast<double>(part.first + i);
+    uniform = std::abs(values[i] - table.start - due) <= 0.05 * table.step;
   }
   if (uniform) return;
   table.step = 0;
   table.x = values;
+}
+
+void set_abscissa(SignalTable& table, Quantity quantity, const Eigen::VectorXd& values) {
+  const Eigen::Index n = values.size();
+  set_abscissa(table, quantity, values, {0, n, n > 0 ? values[0] : 0, n > 0 ? values[n - 1] : 0});
 }
 
 }  // namespace whirl::io

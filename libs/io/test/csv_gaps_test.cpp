@@ -16,7 +16,7 @@ namespace {
 Recording read(const std::string& text, std::vector<std::string>* remarks = nullptr) {
   CsvOptions options;
   options.gaps = true;
-  const RemarkHandler before = set_remark_handler([&](const std::string&, const std::string& said) {
+  const RemarkHandler before = set_remark_handler([&](const std::string&, const std::string& said, RemarkCode) {
     if (remarks != nullptr) remarks->push_back(said);
   });
   struct Restore {

@@ -364,7 +364,8 @@ TEST(ForeignFormatsReference, TdmsSegmentsInterleavedAndCutOff) {
 
 TEST(ForeignFormats, RemarksOfReadersAreTold) {
   std::vector<std::string> told;
-  const auto before = set_remark_handler([&](const std::string&, const std::string& text) { told.push_back(text); });
+  const auto before =
+      set_remark_handler([&](const std::string&, const std::string& text, RemarkCode) { told.push_back(text); });
   const File cut("cut.tdms", tdms({{"a", "g", wave(1)}}, 0.001, 5, false, 17));
   (void)read_recording(cut);
   set_remark_handler(before);
@@ -377,7 +378,8 @@ TEST(ForeignFormats, StepOfAUniversalFileIsExact) {
   record.t0 = 0.1234567890123;
   record.add("x", Quantity::displacement, Eigen::VectorXd::Random(64));
   std::vector<std::string> told;
-  const auto before = set_remark_handler([&](const std::string&, const std::string& text) { told.push_back(text); });
+  const auto before =
+      set_remark_handler([&](const std::string&, const std::string& text, RemarkCode) { told.push_back(text); });
   const File file("exact.uff", "");
   write_recording(file, record);
   set_remark_handler(before);

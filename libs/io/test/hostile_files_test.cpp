@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <random>
 
 #include "whirl/io/atfx.hpp"
 #include "whirl/io/file.hpp"
@@ -15,7 +16,7 @@
 #include "whirl/io/uff.hpp"
 #include "whirl/testing/compiled.hpp"
 #include "whirl/testing/error_of.hpp"
-#include "whirl/testing/records/foreign_files.hpp"
+#include "whirl/testing/records/file_kinds.hpp"
 
 namespace whirl::io {
 namespace {
@@ -198,7 +199,8 @@ TEST(CutFilesProperty, NothingIsShorterInSilence) {
     for (const std::size_t place : places) {
       std::ofstream(path, std::ios::binary) << whole.substr(0, place);
       int remarks = 0;
-      const RemarkHandler before = set_remark_handler([&](const std::string&, const std::string&) { ++remarks; });
+      const RemarkHandler before =
+          set_remark_handler([&](const std::string&, const std::string&, RemarkCode) { ++remarks; });
       try {
         const SignalFile file = read_signals(path);
         if (file.findings.empty() && remarks == 0 && !file.tables.empty()) {
@@ -209,6 +211,99 @@ TEST(CutFilesProperty, NothingIsShorterInSilence) {
       set_remark_handler(before);
     }
   }
+}
+
+// 40 kinds of files, 60 cuts each: refused, or said to be shorter. Plain lines that are cut where a line ends are what
+// another writer could have meant.
+TEST(CutFilesProperty, NoKindOfFileIsShorterInSilence) {
+  constexpr std::size_t kLeastKinds = 35, kCuts = 60;
+  std::mt19937_64 random(20);
+  Recording record;
+  record.dt = 1.0 / 1000;
+  for (const char* name : {"x", "y"}) {
+    std::uniform_real_distribution<double> value(-0.9, 0.9);
+    record.add(name, Quantity::displacement, Eigen::VectorXd::NullaryExpr(240, [&] { return value(random); }));
+  }
+  const auto summary = [](const SignalFile& file) {
+    std::string out;
+    for (const SignalTable& table : file.tables) {
+      for (const Signal& s : table.signals)
+        out += fmt::format("{} {} {} {};", s.name, s.unit, s.value.size(), s.value.sum());
+    }
+    return out;
+  };
+  const testing::TemporaryFolder folder;
+  const std::vector<testing::FileKind> kinds = testing::readable_kinds(record, folder.path());
+  EXPECT_GE(kinds.size(), kLeastKinds);
+  int remarks = 0, refused = 0, told = 0, at_a_line = 0;
+  const RemarkHandler before =
+      set_remark_handler([&](const std::string&, const std::string&, RemarkCode) { ++remarks; });
+  for (const testing::FileKind& kind : kinds) {
+    const std::filesystem::path path = folder.path() / kind.name;
+    folder.write(kind.name, kind.bytes);
+    remarks = 0;
+    const CsvOptions options;
+    const SignalFile whole = read_signals(path, options);
+    const std::string expected = summary(whole);
+    ASSERT_FALSE(whole.tables.empty()) << kind.name;
+    EXPECT_EQ(remarks, 0) << kind.name;
+    for (std::size_t k = 0; k < kCuts; ++k) {
+      const std::size_t place = k < 20 ? kind.bytes.size() - 1 - k : 1 + random() % (kind.bytes.size() - 1);
+      folder.write(kind.name, kind.bytes.substr(0, place));
+      remarks = 0;
+      try {
+        const SignalFile file = read_signals(path, options);
+        if (file.findings.size() > whole.findings.size() || remarks > 0) {
+          ++told;
+        } else if (kind.plain_lines && kind.bytes[place - 1] == '\n') {
+          ++at_a_line;
+        } else {
+          EXPECT_EQ(summary(file), expected) << kind.name << " cut at " << place << " of " << kind.bytes.size();
+        }
+      } catch (const Error&) {
+        ++refused;
+      }
+    }
+  }
+  set_remark_handler(before);
+  EXPECT_GT(refused, 500);
+  EXPECT_GT(told, 500);
+  EXPECT_LT(at_a_line, 30);
+}
+
+// The number that is cut is read as another one: with the line end nothing is said.
+TEST(CutFiles, ALastLineWithoutItsEndIsTold) {
+  const testing::TemporaryFolder folder;
+  std::vector<std::pair<std::string, RemarkCode>> told;
+  const RemarkHandler before = set_remark_handler(
+      [&](const std::string&, const std::string& text, RemarkCode code) { told.emplace_back(text, code); });
+  for (const char* text : {"t_s,x_m\n0,1.5\n1,2.5\n2,3.2", "t_s,x_m\r\n0,1.5\r\n1,2.5\r\n2,3.25\r"}) {
+    told.clear();
+    folder.write("a.csv", text);
+    (void)read_csv(folder.path() / "a.csv");
+    ASSERT_EQ(told.size(), 1U) << text;
+    EXPECT_EQ(told[0].first, "line 4 has no line end: its last number may be cut off");
+    EXPECT_EQ(to_string(told[0].second), "open_last_line");
+    EXPECT_TRUE(is_information(told[0].second));
+  }
+  for (const char* text : {"t_s,x_m\n0,1.5\n1,2.5\n", "t_s;x_m;\n0;1.5;\n1;2.5;"}) {
+    told.clear();
+    folder.write("a.csv", text);
+    (void)read_csv(folder.path() / "a.csv");
+    EXPECT_TRUE(told.empty()) << text;
+  }
+  set_remark_handler(before);
+}
+
+// What is left of a dataset is the -1 before it.
+TEST(CutFiles, AUniversalFileThatEndsWithAnOpeningMarkIsTold) {
+  Recording record;
+  record.dt = 1e-3;
+  record.add("x", Quantity::displacement, Eigen::VectorXd::LinSpaced(50, 0, 1e-3));
+  const std::string whole = format_uff(uff_from_recording(record));
+  EXPECT_TRUE(parse_uff(whole, "a.uff").warnings.empty());
+  EXPECT_THAT(parse_uff(whole + "    -1\n", "a.uff").warnings,
+              ::testing::Contains(HasSubstr("the file ends: cut off?")));
 }
 
 // A universal file holds one block a channel: a cut between two leaves a sound file of fewer channels.

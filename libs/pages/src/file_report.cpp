@@ -102,6 +102,15 @@ FileReport report_file(const io::SignalFile& file) {
   return report;
 }
 
+FileReport report_of(io::FileInfo info) {
+  const std::size_t tables = info.tables.size();
+  FileReport report{std::move(info), {}, {}, {}};
+  report.records.resize(tables);
+  report.findings.resize(tables);
+  report.vibration.resize(tables);
+  return report;
+}
+
 std::string to_text(const FileReport& report) {
   std::string text = io::to_string(report.info);
   for (const std::vector<diagnosis::ChannelVibration>& table : report.vibration) {

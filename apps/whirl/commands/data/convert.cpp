@@ -4,8 +4,19 @@
 #include "commands/machine/record_options.hpp"
 #include "commands/modal/response_options.hpp"
 #include "whirl/io/formats.hpp"
+#include "whirl/io/record_stream.hpp"
 
 namespace whirl::app {
+namespace {
+
+void convert_parts(const RecordOptions& record, const std::string& in, const std::string& out, Session& session) {
+  const io::Converted done = io::convert_in_parts(in, out, record.csv(), record.part_rows(),
+                                                  [&session](double share) { session.progress("convert", share); });
+  session.say(fmt::format("{}: {} channels, {} samples at {:.9g} Hz", out, done.channels, done.samples, done.rate));
+}
+
+}  // namespace
+
 void add_convert(CommandLine& app, Session& session) {
   struct Options {
     std::string in, out;
@@ -25,6 +36,7 @@ void add_convert(CommandLine& app, Session& session) {
                       "name_unit*FACTOR.\n\n"
                       "Example: whirl convert blow.wav blow.csv --columns 1:force_N*250 2:acc_g*50",
                   [o, &session] {
+                    if (o->record.in_parts(o->in)) return convert_parts(o->record, o->in, o->out, session);
                     const bool chosen = !o->record.columns.empty() || o->record.header_line > 0;
                     if (const std::optional<FrequencyResponse> frf =
                             chosen ? std::nullopt : io::read_responses(o->in, o->responses.options())) {
@@ -44,6 +56,7 @@ void add_convert(CommandLine& app, Session& session) {
   sub->add_option("OUT", o->out, "file to write")->output("signals")->required();
   o->responses.add_to(sub);
   o->record.add_to(sub);
+  o->record.add_stream_to(sub);
   o->record.add_tacho_to(sub);
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 
 #include "command.hpp"
@@ -9,6 +10,7 @@
 #include "whirl/core/control_types.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/formats.hpp"
+#include "whirl/io/record_stream.hpp"
 #include "whirl/pages/file_report.hpp"
 #include "whirl/rt/recorder.hpp"
 
@@ -68,6 +70,15 @@ void tell(const rt::LoopRecord& record, const std::string& file, Session& sessio
   session.finish(summary);
 }
 
+/// Of a file in parts without its rows stated: what can be told without all values at once.
+pages::FileReport report_of(const RecordOptions& options, const std::string& file, Session& session) {
+  const bool parts = options.in_parts(file);
+  if (!options.rows.empty()) return pages::report_file(io::read_signal_rows(file, options.csv(), options.part_rows()));
+  if (!parts) return pages::report_file(io::read_signals(file, options.csv()));
+  const std::unique_ptr<io::SignalStream> stream = io::open_signal_stream(file, options.csv(), options.part_rows());
+  return pages::report_of(io::describe(*stream, [&](double share) { session.progress("info", share); }));
+}
+
 }  // namespace
 
 void add_info(CommandLine& app, Session& session) {
@@ -89,12 +100,14 @@ void add_info(CommandLine& app, Session& session) {
           return;
         }
         o->record.gaps = true;
-        const pages::FileReport report = pages::report_file(io::read_signals(o->file, o->record.csv()));
+        const pages::FileReport report = report_of(o->record, o->file, session);
         session.say(pages::to_text(report));
         session.result(pages::to_json(report));
       });
   sub->add_option("FILE", o->file, "file of any of these formats")->input()->required();
   o->record.add_to(sub, false);
+  o->record.add_rows_to(sub);
+  o->record.add_stream_to(sub);
 }
 
 }  // namespace whirl::app

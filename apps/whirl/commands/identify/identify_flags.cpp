@@ -99,8 +99,7 @@ void IdentifyFlags::add_general_to(CommandLine* sub) {
                   "refinement: passes over the free runs after which the search for terms ends (500)")
       ->range(1, 1000000);
   sub->add_flag("--no-refine", no_refine, "stop after the regression: no refinement on free runs");
-  sub->add_flag("--stream", stream,
-                "read the file, CSV or HDF5, part by part in bounded memory (files larger than memory)");
+  sub->add_flag("--stream", stream, "read the file part by part in bounded memory (files larger than memory)");
 }
 
 void IdentifyFlags::add_regression_to(CommandLine* sub) {

@@ -9,6 +9,7 @@
 #include "whirl/identify/evidence.hpp"
 #include "whirl/identify/record/channel_instants.hpp"
 #include "whirl/identify/rotor_angle.hpp"
+#include "whirl/io/record_stream.hpp"
 #include "whirl/io/remarks.hpp"
 #include "whirl/io/signals.hpp"
 #include "whirl/signal/tacho.hpp"
@@ -16,15 +17,23 @@
 namespace whirl::app {
 namespace {
 
-/// Rows "FIRST:END" of a record.
-Recording part(const Recording& record, const std::string& rows) {
+constexpr Eigen::Index kPartRows = 1 << 18;  // at once, of a file that is read in parts
+
+/// "FIRST:END"; `most`: rows of the record, in messages.
+io::PartRows parse_rows(const std::string& rows, const std::string& most) {
   long first = 0, last = 0;
   int used = 0;
   if (std::sscanf(rows.c_str(), "%ld:%ld%n", &first, &last, &used) != 2 || used != static_cast<int>(rows.size()) ||
-      first < 0 || last <= first || last > record.size()) {
-    throw Error::in_field("--rows", rows, fmt::format("FIRST:END with 0 <= FIRST < END <= {}", record.size()));
-  }
-  return identification::part_of(record, first, last - first);
+      first < 0 || last <= first)
+    throw Error::in_field("--rows", rows, "FIRST:END with 0 <= FIRST < END" + most);
+  return {first, last, kPartRows};
+}
+
+Recording part(const Recording& record, const std::string& text) {
+  const std::string most = fmt::format(" <= {}", record.size());
+  const io::PartRows rows = parse_rows(text, most);
+  if (rows.end > record.size()) throw Error::in_field("--rows", text, "FIRST:END with 0 <= FIRST < END" + most);
+  return identification::part_of(record, rows.first, rows.end - rows.first);
 }
 
 /// "CHANNEL", "CHANNEL:N" or "N".
@@ -52,9 +61,23 @@ io::CsvOptions RecordOptions::csv() const {
   return options;
 }
 
+io::PartRows RecordOptions::part_rows() const {
+  return rows.empty() ? io::PartRows{.each = kPartRows} : parse_rows(rows, "");
+}
+
+bool RecordOptions::in_parts(const std::string& file) const {
+  const bool parts = stream || io::is_large(file);
+  if (parts && (tacho_stated() || !late.empty()))
+    throw Error(file +
+                ": it is read in parts, and --pulses, --missing, --edge and --late need the whole: convert "
+                "it first, or state --rows");
+  return parts;
+}
+
 Recording RecordOptions::read(const std::string& file) const {
-  Recording record = io::read_recording(file, csv());
-  if (!rows.empty()) record = part(record, rows);
+  const bool some = !rows.empty() && io::is_large(file);
+  Recording record = some ? io::read_record_rows(file, csv(), part_rows()) : io::read_recording(file, csv());
+  if (!rows.empty() && !some) record = part(record, rows);
   for (const std::string& text : late)
     record = identification::at_common_instants(std::move(record), identification::late_channel(text));
   return with_angle(std::move(record));
@@ -92,6 +115,14 @@ void RecordOptions::add_tacho_to(CommandLine* sub) {
       ->one_of({"rising", "falling", "both"});
 }
 
+void RecordOptions::add_rows_to(CommandLine* sub) {
+  sub->add_option("--rows", rows, "use rows FIRST:END of the record only (from 0, END not included)");
+}
+
+void RecordOptions::add_stream_to(CommandLine* sub) {
+  sub->add_flag("--stream", stream, "read the file in parts, in bounded memory; so is every file above 1 GiB");
+}
+
 void RecordOptions::add_to(CommandLine* sub, bool part) {
   sub->add_option("--columns", columns,
                   "columns to read, HEADER or HEADER:name_unit, with a calibration *FACTOR, e.g. V1:x_mm*0.125");
@@ -99,7 +130,7 @@ void RecordOptions::add_to(CommandLine* sub, bool part) {
   sub->add_option("--header-line", header_line, "CSV: line of the column names, where lines about the test come before")
       ->range(1, 10000);
   if (!part) return;
-  sub->add_option("--rows", rows, "use rows FIRST:END of the record only (from 0, END not included)");
+  add_rows_to(sub);
   sub->add_option("--late", late,
                   "a channel read SECONDS after the others, CHANNEL=SECONDS: it is brought to their instants");
 }

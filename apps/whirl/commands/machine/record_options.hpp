@@ -5,6 +5,7 @@
 #include "command_line.hpp"
 #include "whirl/core/recording.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/io/record_stream.hpp"
 #include "whirl/signal/tacho_pattern.hpp"
 
 namespace whirl::app {
@@ -21,13 +22,20 @@ struct RecordOptions {
   int missing = -1;      ///< of its places a turn
   std::string edge;      ///< of its pulses; empty: the leading one
   bool turning = false;  ///< an angle is told from a tacho where the record has none, beside its channels
+  bool stream = false;   ///< read in parts
   bool gaps = false;     ///< gaps and uneven times are let through, each with a warning
 
   io::CsvOptions csv() const;
   /// Reads the record and keeps the rows A:B (0-based, B excluded) when asked.
   Recording read(const std::string& file) const;
+  /// The rows that are asked for.
+  io::PartRows part_rows() const;
+  /// Is this file read in parts: by the flag or its size? Throws Error where flags need the whole.
+  bool in_parts(const std::string& file) const;
   /// The flags; `part`: --rows and --late too.
   void add_to(CommandLine* sub, bool part = true);
+  void add_rows_to(CommandLine* sub);
+  void add_stream_to(CommandLine* sub);
   /// The flags of a tacho: --pulses, --missing, --edge.
   void add_tacho_to(CommandLine* sub);
   bool tacho_stated() const { return !pulses.empty() || missing >= 0 || !edge.empty(); }

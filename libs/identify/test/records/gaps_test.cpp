@@ -19,8 +19,8 @@ using testing::Gaps;
 Recording read(const std::string& text, std::vector<std::string>& remarks) {
   io::CsvOptions options;
   options.gaps = true;
-  const io::RemarkHandler before =
-      io::set_remark_handler([&](const std::string&, const std::string& said) { remarks.push_back(said); });
+  const io::RemarkHandler before = io::set_remark_handler(
+      [&](const std::string&, const std::string& said, io::RemarkCode) { remarks.push_back(said); });
   Recording record = io::parse_csv(text, "made.csv", options);
   io::set_remark_handler(before);
   return record;

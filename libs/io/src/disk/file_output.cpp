@@ -161,13 +161,16 @@ class OutputFile {
     refuse(path, code);
   }
 
-  void put(const char* from, std::size_t size) {
+  /// At a place of the file; without one behind what stands there.
+  void put(const char* from, std::size_t size, std::optional<std::uint64_t> at = {}) {
     while (size > 0) {
-      const ssize_t n = ::write(descriptor, from, std::min<std::size_t>(size, std::size_t{1} << 30));
+      const std::size_t most = std::min<std::size_t>(size, std::size_t{1} << 30);
+      const ssize_t n = at ? pwrite(descriptor, from, most, static_cast<off_t>(*at)) : ::write(descriptor, from, most);
       if (n < 0 && errno == EINTR) continue;
       if (n <= 0) fail(n < 0 ? errno : EIO);
       from += n;
       size -= static_cast<std::size_t>(n);
+      if (at) *at += static_cast<std::uint64_t>(n);
     }
   }
   void flush() {
@@ -264,6 +267,12 @@ void OutputGroup::commit() {
 ByteSink::ByteSink(const fs::path& path) : state_(std::make_unique<State>(path)) {}
 ByteSink::~ByteSink() = default;
 void ByteSink::write(std::string_view bytes) { state_->write(bytes); }
+void ByteSink::write_at(std::uint64_t at, std::string_view bytes) {
+  if (state_->temporary.empty() || state_->compressed)
+    throw Error::in_file(state_->path.string(), 0,
+                         "must be a regular file without .gz: it is not written in its order");
+  state_->put(bytes.data(), bytes.size(), at);
+}
 void ByteSink::close() {
   if (!state_) return;  // a group has it
   if (innermost == nullptr || state_->temporary.empty()) return state_->close();

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "whirl/core/recording.hpp"
+#include "whirl/io/csv.hpp"
 
 namespace whirl::io::detail {
 
@@ -18,5 +19,13 @@ double six_digits(const Eigen::VectorXd& t);
 /// Times of few digits, which stand still now and then but never fall, are those of `rate` (Hz): none is off an even
 /// grid by more than the steps in which they are written and half a sample.
 bool agrees_coarsely(const Eigen::VectorXd& t, double rate);
+
+/// The grid that the times of a file are read as.
+struct CsvGrid {
+  double dt = 0;
+  double rounding = 0, exact = 0;  ///< s: how far a time may be off by its written digits, and by those of a double
+};
+/// Of n times from `first` to `last`. `digits`: what six written digits leave open, where the rate is stated.
+CsvGrid csv_grid(const CsvStream& stream, double first, double last, Eigen::Index n, double digits, bool stated);
 
 }  // namespace whirl::io::detail

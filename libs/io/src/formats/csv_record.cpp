@@ -66,6 +66,28 @@ double simplest_step(double dt, double tolerance) {
   return dt;
 }
 
+}  // namespace
+
+detail::CsvGrid detail::csv_grid(const CsvStream& stream, double first, double last, Eigen::Index n, double digits,
+                                 bool stated) {
+  const UnitSuffix& unit = *stream.columns()[static_cast<std::size_t>(stream.time_column())].unit;
+  const double steps = static_cast<double>(n - 1), mean_step = (last - first) / steps;
+  const double exact = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(first), std::abs(last));
+  // Times written with few decimals are off the grid by up to one unit of the last place (theirs and that of
+  // t0). Where this is a large part of a step it could hide a missing sample, and the times must then be
+  // exact.
+  double rounding =
+      stream.time_decimals() < 0 ? 0 : std::pow(10.0, -stream.time_decimals()) * unit.multiply / unit.divide;
+  if (stated && rounding > 0) rounding = std::max(rounding, digits);
+  // With the rate stated, the grid is known and a missing sample is off by a whole step.
+  if (rounding > (stated ? 0.9 : 0.25) * mean_step) rounding = 0;
+  double dt = simplest_step(mean_step, exact / steps);
+  if (dt == mean_step) dt = simplest_step(mean_step, (rounding + exact) / steps);
+  return {dt, rounding, exact};
+}
+
+namespace {
+
 /// Step and start of a time column; unless it is a uniform grid, throws or, where gaps are let through, returns how far
 /// (s) its times may be off by their rounding.
 std::optional<double> uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOptions& options,
@@ -89,10 +111,7 @@ std::optional<double> uniform_time(const CsvStream& stream, const Eigen::VectorX
                                          : ""));
     }
   }
-  const UnitSuffix& unit = *stream.columns()[static_cast<std::size_t>(stream.time_column())].unit;
-  const double magnitude = std::max(std::abs(t[0]), std::abs(t[n - 1]));
   const double steps = static_cast<double>(n - 1);
-  const double exact = 4 * std::numeric_limits<double>::epsilon() * magnitude;
   const double mean_step = (t[n - 1] - t[0]) / steps;
   constexpr double kLeastStep = 1e-12, kMostStep = 1e9;  // s: the range of --rate
   if (!(mean_step >= kLeastStep && mean_step <= kMostStep)) {
@@ -101,16 +120,10 @@ std::optional<double> uniform_time(const CsvStream& stream, const Eigen::VectorX
                                      "{:g} and {:g} s",
                                      t[0], t[n - 1], n, kLeastStep, kMostStep));
   }
-  // Times written with few decimals are off the grid by up to one unit of the last place (theirs and that of
-  // t0). Where this is a large part of a step it could hide a missing sample, and the times must then be
-  // exact.
-  double rounding =
-      stream.time_decimals() < 0 ? 0 : std::pow(10.0, -stream.time_decimals()) * unit.multiply / unit.divide;
-  if (options.rate && rounding > 0) rounding = std::max(rounding, detail::six_digits(t));
-  // With the rate stated, the grid is known and a missing sample is off by a whole step.
-  if (rounding > (options.rate ? 0.9 : 0.25) * mean_step) rounding = 0;
-  double dt = simplest_step(mean_step, exact / steps);
-  if (dt == mean_step) dt = simplest_step(mean_step, (rounding + exact) / steps);
+  const detail::CsvGrid grid =
+      detail::csv_grid(stream, t[0], t[n - 1], n, options.rate ? detail::six_digits(t) : 0, options.rate.has_value());
+  const double rounding = grid.rounding;
+  double dt = grid.dt;
   if (options.rate) {
     if (!(std::abs(*options.rate * dt - 1) < 1e-3 + rounding / (steps * mean_step))) {
       throw Error::in_file(
@@ -119,6 +132,7 @@ std::optional<double> uniform_time(const CsvStream& stream, const Eigen::VectorX
     }
     dt = 1 / *options.rate;
   }
+  const double exact = grid.exact;
   const double allowed = options.time_tolerance * dt + rounding + exact;
   Eigen::Index worst = 0;
   bool good = true;

@@ -13,6 +13,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/remarks.hpp"
 
 namespace whirl::io {
 namespace {
@@ -58,6 +59,7 @@ struct CsvStream::State {
   std::size_t begin = 0, end = 0;
   bool eof = false;
   bool blank_seen = false;
+  bool open_line = false;  // the last one has no line end
 
   detail::StampColumns stamps;
   std::string even_blanks;  // a line of values between blanks, with one of them each
@@ -109,6 +111,7 @@ struct CsvStream::State {
     const char* first = buffer.get() + begin;
     const char* last = newline ? newline : buffer.get() + end;
     begin = newline ? static_cast<std::size_t>(newline - buffer.get()) + 1 : end;
+    open_line = newline == nullptr;
     ++line;
     if (last > first && last[-1] == '\r') --last;
     out = {first, static_cast<std::size_t>(last - first)};
@@ -486,6 +489,7 @@ const CsvDialect& CsvStream::dialect() const { return state_->dialect; }
 const std::vector<CsvColumn>& CsvStream::columns() const { return state_->columns; }
 long CsvStream::line_of(Eigen::Index row) const { return state_->first_line + static_cast<long>(row); }
 int CsvStream::time_column() const { return state_->time; }
+std::uint64_t CsvStream::bytes_read() const { return state_->source.taken(); }
 int CsvStream::time_decimals() const { return state_->exponent ? -1 : state_->decimals; }
 
 Eigen::Index CsvStream::next(Eigen::Ref<Eigen::MatrixXd> block) {
@@ -504,6 +508,9 @@ Eigen::Index CsvStream::next(Eigen::Ref<Eigen::MatrixXd> block) {
     if (s.blank_seen) s.fail("data after an empty line; remove the empty lines (are samples missing?)");
     s.parse_line(text, block.data() + row, block.outerStride());
     ++row;
+    if (s.open_line && !s.dialect.trailing_delimiter)
+      remark(s.source.name(), fmt::format("line {} has no line end: its last number may be cut off", s.line),
+             RemarkCode::open_last_line);
   }
   return row;
 }

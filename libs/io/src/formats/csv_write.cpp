@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
@@ -32,17 +33,21 @@ const UnitSuffix* chosen_unit(std::string_view name, Quantity quantity, const Cs
   return &si_suffix(quantity);
 }
 
-void write_columns(const std::filesystem::path& path, const std::vector<Output>& columns, Eigen::Index rows, double t0,
-                   double dt) {
-  ByteSink sink(path);
+std::string csv_header(const std::vector<Output>& columns) {
   std::string text;
   for (const Output& c : columns) text += (&c == &columns.front() ? "" : ",") + c.header;
-  text += '\n';
+  return text + '\n';
+}
+
+/// `first`: rows of the record before these.
+void write_rows(ByteSink& sink, const std::vector<Output>& columns, Eigen::Index rows, double t0, double dt,
+                Eigen::Index first) {
+  std::string text;
   char number[32];
   for (Eigen::Index i = 0; i < rows; ++i) {
     for (const Output& c : columns) {
       if (&c != &columns.front()) text += ',';
-      const double si = c.samples ? c.samples[i] : t0 + dt * static_cast<double>(i);
+      const double si = c.samples ? c.samples[i] : t0 + dt * static_cast<double>(first + i);
       text.append(number, std::to_chars(number, number + sizeof number, c.unit->from_si(si)).ptr);
     }
     text += '\n';
@@ -52,11 +57,10 @@ void write_columns(const std::filesystem::path& path, const std::vector<Output>&
     }
   }
   sink.write(text);
-  sink.close();
 }
 
-void write_channels(const std::filesystem::path& path, const std::vector<Channel>& channels, bool time, double t0,
-                    double dt, const CsvWriteOptions& options) {
+std::vector<Output> columns_of(const std::filesystem::path& path, const std::vector<Channel>& channels, bool time,
+                               const CsvWriteOptions& options) {
   std::vector<Output> columns;
   const auto add = [&](const std::string& name, Quantity quantity, const double* samples) {
     if (quantity == Quantity::dimensionless && (name.ends_with("_re") || name.ends_with("_im"))) {
@@ -82,7 +86,16 @@ void write_channels(const std::filesystem::path& path, const std::vector<Channel
       throw Error(fmt::format("{}: no channel for the column '{}'", path.string(), wish));
     }
   }
-  write_columns(path, columns, channels.empty() ? 0 : channels.front().samples.size(), t0, dt);
+  return columns;
+}
+
+void write_channels(const std::filesystem::path& path, const std::vector<Channel>& channels, bool time, double t0,
+                    double dt, const CsvWriteOptions& options) {
+  const std::vector<Output> columns = columns_of(path, channels, time, options);
+  ByteSink sink(path);
+  sink.write(csv_header(columns));
+  write_rows(sink, columns, channels.empty() ? 0 : channels.front().samples.size(), t0, dt, 0);
+  sink.close();
 }
 
 }  // namespace
@@ -94,6 +107,20 @@ void write_csv(const std::filesystem::path& path, const Recording& record, const
 
 void write_csv(const std::filesystem::path& path, const Table& table, const CsvWriteOptions& options) {
   write_channels(path, table.columns, false, 0, 0, options);
+}
+
+void write_csv_parts(const std::filesystem::path& path, const Recording& first, RecordStream& rest, Eigen::Index) {
+  Recording part = first;
+  std::vector<Output> columns = columns_of(path, part.channels, true, {});
+  const std::string header = csv_header(columns);
+  ByteSink sink(path);
+  sink.write(header);
+  do {
+    columns = columns_of(path, part.channels, true, {});
+    if (csv_header(columns) != header) throw Error::in_file(part.source, 0, "its channels change inside the file");
+    write_rows(sink, columns, part.size(), rest.start(), part.dt, rest.row() - part.size());
+  } while (rest.next(part));
+  sink.close();
 }
 
 }  // namespace whirl::io

@@ -21,11 +21,16 @@ struct Format {
   bool magic = false;  ///< the first bytes leave no doubt
   SignalFile (*read)(const std::filesystem::path& path, const CsvOptions& options) = nullptr;
   void (*write)(const std::filesystem::path& path, const Recording& recording) = nullptr;
+  /// The same of a record in parts: its first part, which is read, and what follows; `rows` of all together.
+  void (*write_parts)(const std::filesystem::path& path, const Recording& first, RecordStream& rest,
+                      Eigen::Index rows) = nullptr;
   /// Nothing when the file holds none. The options are used where the file does not say it.
   std::optional<FrequencyResponse> (*read_responses)(const std::filesystem::path& path,
                                                      const ResponseOptions& options) = nullptr;
   void (*write_responses)(const std::filesystem::path& path, const FrequencyResponse& frf) = nullptr;
-  std::unique_ptr<RecordStream> (*stream)(const std::filesystem::path& path, const CsvOptions& options) = nullptr;
+  /// The file in parts: of a RowReader (parts/rows.hpp), where its rows can be found without reading those before.
+  std::unique_ptr<SignalStream> (*stream)(const std::filesystem::path& path, const CsvOptions& options,
+                                          const PartRows& rows) = nullptr;
 };
 
 /// One function per format, in the format's own source, listed in formats.cpp.
@@ -48,7 +53,13 @@ std::string_view words_of_magic(std::string_view head);
 /// Content of a text file without byte order mark and leading blanks.
 std::string_view without_blanks(std::string_view head);
 
-std::unique_ptr<RecordStream> stream_csv(const std::filesystem::path& path, const CsvOptions& options);
-std::unique_ptr<RecordStream> stream_hdf5(const std::filesystem::path& path, const CsvOptions& options);
+bool reads_in_parts(const std::filesystem::path& path);
+
+/// Bytes of the largest file that is read at once.
+constexpr std::uint64_t kMostRead = std::uint64_t{1} << 30;
+
+std::unique_ptr<SignalStream> stream_csv(const std::filesystem::path& path, const CsvOptions& options,
+                                         const PartRows& rows);
+void write_csv_parts(const std::filesystem::path& path, const Recording& first, RecordStream& rest, Eigen::Index rows);
 
 }  // namespace whirl::io

@@ -10,6 +10,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/core/names.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/record_stream.hpp"
 
 namespace whirl::io {
 namespace {
@@ -113,14 +114,47 @@ SignalFile read_signals(const std::filesystem::path& path, const CsvOptions& opt
   return file;
 }
 
-std::unique_ptr<RecordStream> open_record_stream(const std::filesystem::path& file, const CsvOptions& options) {
+bool reads_in_parts(const std::filesystem::path& path) { return format_of(path).stream != nullptr; }
+
+std::unique_ptr<SignalStream> open_signal_stream(const std::filesystem::path& file, const CsvOptions& options,
+                                                 const PartRows& rows) {
   const Format& format = format_of(file);
-  if (format.stream != nullptr) return format.stream(file, options);
+  if (format.stream != nullptr) return format.stream(file, options, rows);
   std::string able;
   for (const Format& f : formats()) {
-    if (f.stream != nullptr) able += fmt::format("{}{}", able.empty() ? "" : " and ", f.words);
+    if (f.stream != nullptr && able.find(f.words) == able.npos)
+      able += fmt::format("{}{}", able.empty() ? "" : ", ", f.words);
   }
-  throw Error(file.string() + ": --stream reads " + able + "; whirl convert makes one of it");
+  throw Error::in_file(
+      file.string(), 0,
+      fmt::format("{} cannot be read in parts (above 1 GiB, or --stream); only {}", format.words, able));
+}
+
+std::unique_ptr<RecordStream> open_record_stream(const std::filesystem::path& file, const CsvOptions& options,
+                                                 const PartRows& rows, std::function<void(double)> progress) {
+  CsvOptions left = options;
+  if (file_format(file) == FileFormat::csv) left.columns.clear();  // chosen where the lines are read
+  return std::make_unique<RecordStream>(open_signal_stream(file, options, rows), left, rows.first, std::move(progress));
+}
+
+Converted convert_in_parts(const std::filesystem::path& in, const std::filesystem::path& out, const CsvOptions& options,
+                           const PartRows& rows, std::function<void(double)> progress) {
+  const Format& format = named(out, &Format::write_parts, ": the input is read in parts");
+  std::unique_ptr<RecordStream> stream = open_record_stream(in, options, rows, progress);
+  Recording first;
+  Eigen::Index count = stream->rows();
+  if (count == 0 && format.id != FileFormat::csv) {  // lines are counted by reading them
+    while (stream->next(first)) count += first.size();
+    stream = open_record_stream(in, options, rows, progress);
+  }
+  if (!stream->next(first)) throw Error::in_file(in.string(), 0, fmt::format("it has no row {}", rows.first));
+  format.write_parts(out, first, *stream, count);
+  return {first.channels.size(), stream->row() - rows.first, first.rate()};
+}
+
+bool is_large(const std::filesystem::path& file) {
+  std::error_code none;
+  return std::filesystem::is_regular_file(file, none) && std::filesystem::file_size(file, none) > kMostRead;
 }
 
 Recording read(const std::filesystem::path& path) { return read_recording(path); }

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -84,6 +85,8 @@ class CsvStream {
   /// Largest number of decimals written in the time column so far; -1 when a time was written with an
   /// exponent.
   int time_decimals() const;
+  /// Bytes of the file that are read, as they stand there.
+  std::uint64_t bytes_read() const;
 
  private:
   struct State;

@@ -31,13 +31,20 @@ struct SignalTable {
   Eigen::Index rows() const { return signals.empty() ? 0 : signals.front().value.size(); }
 };
 
+/// Integers of 2^53 or more, whose last digits a double does not hold.
+struct RoundedIntegers {
+  std::string name;
+  Eigen::Index count = 0, of = 0;
+};
+
 /// What a file of any format holds.
 struct SignalFile {
   std::string source = {};
   std::string format = {};  ///< in words, e.g. "universal file"
   std::vector<SignalTable> tables = {};
-  std::vector<std::string> contents = {};  ///< what is there beside signals, e.g. "74 nodes"
-  std::vector<std::string> findings = {};  ///< what is suspicious, one sentence each
+  std::vector<std::string> contents = {};     ///< what is there beside signals, e.g. "74 nodes"
+  std::vector<std::string> findings = {};     ///< what is suspicious, one sentence each
+  std::vector<RoundedIntegers> rounded = {};  ///< of a part of a file; of a whole one they are among the findings
 };
 
 enum class FileFormat { csv, uff, atfx, mat, mat4, hdf5, numpy, tdms, wav, lvm, json };

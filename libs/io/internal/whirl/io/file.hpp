@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -23,6 +24,8 @@ class ByteSource {
   std::size_t read(char* to, std::size_t size);
   const std::string& name() const;
   bool compressed() const;
+  /// Bytes of the file that are taken, as they stand there.
+  std::uint64_t taken() const;
 
  private:
   struct State;
@@ -44,6 +47,8 @@ class ByteSink {
   ByteSink(const ByteSink&) = delete;
   ByteSink& operator=(const ByteSink&) = delete;
   void write(std::string_view bytes);
+  /// Bytes at a place of the file, in any order. Not together with `write`. Throws Error for a pipe and for `.gz`.
+  void write_at(std::uint64_t at, std::string_view bytes);
   void close();
 
  private:

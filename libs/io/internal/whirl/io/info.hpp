@@ -1,7 +1,9 @@
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "whirl/io/record_stream.hpp"
 #include "whirl/io/signals.hpp"
 
 namespace whirl::io {
@@ -45,6 +47,9 @@ struct FileInfo {
   std::vector<std::string> contents, findings;
 };
 FileInfo describe(const SignalFile& file);
+/// The same of a file in parts: ranges, means, missing and constant values, no damage. `progress` is told the share
+/// that is done.
+FileInfo describe(SignalStream& stream, const std::function<void(double)>& progress);
 
 /// As a table for people.
 std::string to_string(const RecordingInfo& info);

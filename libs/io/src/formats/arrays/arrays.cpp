@@ -132,12 +132,17 @@ bool take_axis(const NamedArray& array, const std::set<Eigen::Index>& complex, c
     return true;
   }
   if (take_frequencies(array, complex, wanted, axes, file)) return true;
-  if (!is_vector(array) || !is_one_of(word, kTimes)) return false;
+  if (!is_vector(array) || !names_time(array)) return false;
   const Eigen::Map<const Eigen::VectorXd> values(array.value.data(), array.value.size());
   const Signal s = make_signal(array.name, array.unit, values);
   if (s.quantity && *s.quantity != Quantity::time) return false;
   if (!s.quantity) file.findings.push_back(fmt::format("'{}' has no unit: taken as s", array.name));
-  set_abscissa(axes.time, Quantity::time, s.value);
+  PartOfAxis part{0, values.size(), values[0], values[values.size() - 1]};
+  if (array.part) part = *array.part;
+  const Signal ends = make_signal(array.name, array.unit, Eigen::Vector2d(part.head, part.tail));
+  part.head = ends.value[0];
+  part.tail = ends.value[1];
+  set_abscissa(axes.time, Quantity::time, s.value, part);
   axes.times = values.size();
   return true;
 }
@@ -180,6 +185,7 @@ std::string in_words(const std::vector<Eigen::Index>& sizes) { return fmt::forma
 
 std::size_t lines_dimension(const NamedArray& array, const std::vector<Eigen::Index>& sizes, const Axes& axes,
                             const ResponseOptions* wanted, SignalFile& file) {
+  if (array.part) return 0;
   bool open = false;
   const std::size_t found = along(sizes, axes, open);
   const bool response = array.imaginary.size() > 0 && sizes[found] == axes.frequencies;
@@ -257,6 +263,8 @@ void add_array(SignalFile& file, const NamedArray& array, const Axes& axes, cons
 
 }  // namespace
 
+bool names_time(const NamedArray& array) { return is_one_of(word_of(array), kTimes); }
+
 std::string word_of(const NamedArray& array) {
   const NameWithUnit split = split_unit(array.name);
   std::string word = split.unit != nullptr && !split.name.empty() ? split.name : array.name;
@@ -299,6 +307,7 @@ void add_arrays(SignalFile& file, std::vector<NamedArray> arrays, const Response
     is_axis.push_back(take_axis(array, complex, wanted, groups[array.group], file));
   for (std::size_t i = 0; i < arrays.size(); ++i) {
     const NamedArray& array = arrays[i];
+    if (!array.integers.empty()) note_rounding(file, array.integers, array.value);
     if (is_axis[i]) continue;
     if (array.value.size() < 2) {
       if (array.value.size() == 1) file.contents.push_back(fmt::format("{} = {:g}", array.name, array.value(0, 0)));

@@ -1,7 +1,5 @@
 #include "formats/arrays/bytes.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <cstdint>
 
@@ -17,9 +15,9 @@ double half(std::uint16_t bits) {
 }
 
 template <class T>
-void fill(std::string_view bytes, bool big, Eigen::VectorXd& to) {
-  for (Eigen::Index i = 0; i < to.size(); ++i)
-    to[i] = static_cast<double>(number_at<T>(bytes, static_cast<std::size_t>(i) * sizeof(T), big));
+void fill(double* to, std::size_t count, const char* from, std::size_t width, bool big) {
+  for (std::size_t i = 0; i < count; ++i)
+    to[i] = static_cast<double>(number_at<T>({from + i * width, sizeof(T)}, 0, big));
 }
 
 }  // namespace
@@ -42,51 +40,40 @@ std::size_t width_of(NumberType type) {
   }
 }
 
-Eigen::VectorXd numbers_of(std::string_view bytes, NumberType type, bool big) {
-  Eigen::VectorXd v(static_cast<Eigen::Index>(bytes.size() / width_of(type)));
+void numbers_into(double* to, std::size_t count, std::string_view rows, std::size_t width, std::size_t offset,
+                  NumberType type, bool big) {
+  const char* const from = rows.data() + offset;
   switch (type) {
     case NumberType::int8:
-      fill<std::int8_t>(bytes, big, v);
-      break;
+      return fill<std::int8_t>(to, count, from, width, big);
     case NumberType::int16:
-      fill<std::int16_t>(bytes, big, v);
-      break;
+      return fill<std::int16_t>(to, count, from, width, big);
     case NumberType::int32:
-      fill<std::int32_t>(bytes, big, v);
-      break;
+      return fill<std::int32_t>(to, count, from, width, big);
     case NumberType::int64:
-      fill<std::int64_t>(bytes, big, v);
-      break;
+      return fill<std::int64_t>(to, count, from, width, big);
     case NumberType::uint8:
-      fill<std::uint8_t>(bytes, big, v);
-      break;
+      return fill<std::uint8_t>(to, count, from, width, big);
     case NumberType::uint16:
-      fill<std::uint16_t>(bytes, big, v);
-      break;
+      return fill<std::uint16_t>(to, count, from, width, big);
     case NumberType::uint32:
-      fill<std::uint32_t>(bytes, big, v);
-      break;
+      return fill<std::uint32_t>(to, count, from, width, big);
     case NumberType::uint64:
-      fill<std::uint64_t>(bytes, big, v);
-      break;
+      return fill<std::uint64_t>(to, count, from, width, big);
     case NumberType::float16:
-      for (Eigen::Index i = 0; i < v.size(); ++i)
-        v[i] = half(number_at<std::uint16_t>(bytes, static_cast<std::size_t>(i) * 2, big));
-      break;
+      for (std::size_t i = 0; i < count; ++i) to[i] = half(number_at<std::uint16_t>({from + i * width, 2}, 0, big));
+      return;
     case NumberType::float32:
-      fill<float>(bytes, big, v);
-      break;
+      return fill<float>(to, count, from, width, big);
     case NumberType::float64:
-      fill<double>(bytes, big, v);
-      break;
+      return fill<double>(to, count, from, width, big);
   }
-  return v;
 }
 
-std::string rounding_of_integers(const std::string& name, const Eigen::Ref<const Eigen::MatrixXd>& values) {
-  const auto beyond = (values.array().abs() >= 9007199254740992.0).count();
-  if (beyond == 0) return {};
-  return fmt::format("'{}': {} of {} integers are 2^53 or more: rounded to 53 bits", name, beyond, values.size());
+Eigen::VectorXd numbers_of(std::string_view bytes, NumberType type, bool big) {
+  Eigen::VectorXd v(static_cast<Eigen::Index>(bytes.size() / width_of(type)));
+  numbers_into(v.data(), static_cast<std::size_t>(v.size()), bytes, width_of(type), 0, type, big);
+  return v;
 }
 
 }  // namespace whirl::io

@@ -26,11 +26,11 @@ enum class NumberType { int8, int16, int32, int64, uint8, uint16, uint32, uint64
 /// Bytes of one number.
 std::size_t width_of(NumberType type);
 
+/// Numbers that stand in rows of `width` bytes each, `offset` bytes behind the begin of a row. They lie inside.
+void numbers_into(double* to, std::size_t count, std::string_view rows, std::size_t width, std::size_t offset,
+                  NumberType type, bool big_endian);
+
 /// All numbers of these bytes; what is left over behind the last whole one is not looked at.
 Eigen::VectorXd numbers_of(std::string_view bytes, NumberType type, bool big_endian);
-
-/// The finding where some of these 64-bit integers are 2^53 or more, whose last digits a double does not hold; else
-/// empty.
-std::string rounding_of_integers(const std::string& name, const Eigen::Ref<const Eigen::MatrixXd>& values);
 
 }  // namespace whirl::io

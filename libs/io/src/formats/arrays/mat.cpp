@@ -4,11 +4,11 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <bit>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
+#include <memory>
+#include <optional>
 
 #include "formats/arrays/arrays.hpp"
 #include "formats/arrays/bytes.hpp"
@@ -46,194 +46,162 @@ enum : unsigned {
   kOpaque = 17
 };
 constexpr int kMostNested = 32;
+constexpr std::uint64_t kMostName = 4096;  // bytes
 constexpr std::size_t kMostInflated = std::size_t{1} << 30;
 
+/// Bytes in what holds them: the file, or what was unpacked of it.
 struct MatElement {
   std::uint32_t type = 0;
-  std::string_view data;
-  std::size_t at = 0;  ///< byte offset of the data in the file (of the compressed block, when inside one)
+  std::uint64_t at = 0, size = 0;
+
+  std::uint64_t end() const { return at + size; }
 };
 
-std::size_t width_of(std::uint32_t type) {
+std::optional<NumberType> number_type(std::uint32_t type) {
   switch (type) {
     case kInt8:
+      return NumberType::int8;
     case kUint8:
-      return 1;
+      return NumberType::uint8;
     case kInt16:
+      return NumberType::int16;
     case kUint16:
-      return 2;
+      return NumberType::uint16;
     case kInt32:
+      return NumberType::int32;
     case kUint32:
+      return NumberType::uint32;
     case kSingle:
-      return 4;
+      return NumberType::float32;
     case kDouble:
+      return NumberType::float64;
     case kInt64:
+      return NumberType::int64;
     case kUint64:
-      return 8;
+      return NumberType::uint64;
     default:
-      return 0;
+      return {};
   }
 }
 
 class MatReader {
  public:
-  MatReader(std::string_view bytes, std::string_view name) : bytes_(bytes) {
-    file_.source = name;
+  MatReader(std::shared_ptr<const RandomBytes> bytes, std::size_t most_unpacked, SignalFile& file,
+            const TakeArray& take)
+      : in_(std::move(bytes)), most_unpacked_(std::min(most_unpacked, kMostInflated)), file_(file), take_(take) {
+    file_.source = in_->name();
     file_.format = "MAT v5";
   }
 
-  SignalFile read(const ResponseOptions* wanted = nullptr) {
-    if (bytes_.size() < 128) fail(bytes_.size(), "file ends inside the header of 128 bytes");
-    const std::string_view order = bytes_.substr(126, 2);
+  void read() {
+    const std::shared_ptr<const RandomBytes> whole = in_;
+    if (whole->size() < 128) fail(whole->size(), "file ends inside the header of 128 bytes");
+    const std::string order = whole->copy(126, 2);
     if (order != "IM" && order != "MI") fail(126, "byte order mark: must be 'IM' or 'MI'");
-    swap_ = (order == "MI") == (std::endian::native == std::endian::little);
-    for (std::size_t at = 128; at < bytes_.size();) {
-      const MatElement element = next(bytes_, at, 0, false);
+    big_ = order == "MI";
+    for (std::uint64_t at = 128; at < whole->size();) {
+      const MatElement element = next({0, 0, whole->size()}, at, false);
       if (element.type == kCompressed) {
-        const std::string inflated = inflate_all(element);
-        std::size_t inner = 0;
-        const MatElement matrix = next(inflated, inner, element.at, false);
+        in_ = std::make_shared<RandomBytes>(inflate_all(element), whole->name());
+        base_ = element.at;
+        std::uint64_t inner = 0;
+        const MatElement matrix = next({0, 0, in_->size()}, inner, false);
         if (matrix.type == kMatrix) read_matrix(matrix, "", "", 0);
+        in_ = whole;
+        base_ = 0;
       } else if (element.type == kMatrix) {
         read_matrix(element, "", "", 0);
       } else {
         file_.contents.push_back(fmt::format("element of type {} (passed over)", element.type));
       }
     }
-    add_arrays(file_, std::move(arrays_), wanted);
-    return std::move(file_);
   }
 
  private:
-  [[noreturn]] void fail(std::size_t at, const std::string& message) const {
-    throw Error::in_file(file_.source, 0, fmt::format("byte {}: {}", at, message));
+  [[noreturn]] void fail(std::uint64_t at, const std::string& message) const {
+    throw Error::in_file(file_.source, 0, fmt::format("byte {}: {}", base_ + at, message));
   }
 
   template <class T>
-  T get(std::string_view bytes, std::size_t at) const {
-    char raw[sizeof(T)];
-    std::memcpy(raw, bytes.data() + at, sizeof(T));
-    if (swap_) std::reverse(raw, raw + sizeof(T));
-    T value;
-    std::memcpy(&value, raw, sizeof(T));
-    return value;
+  T get(std::uint64_t at) const {
+    return in_->number<T>(at, big_);
   }
 
-  // The element at `at`, which moves behind it. `base` is added to offsets in messages.
-  MatElement next(std::string_view bytes, std::size_t& at, std::size_t base, bool inside) const {
-    if (bytes.size() - at < 8) fail(base + at, "element cut off inside its tag");
-    const auto first = get<std::uint32_t>(bytes, at);
+  // The element at `at`, which moves behind it.
+  MatElement next(const MatElement& holder, std::uint64_t& at, bool inside) const {
+    const std::uint64_t end = holder.end();
+    if (end - at < 8) fail(at, "element cut off inside its tag");
+    const auto first = get<std::uint32_t>(at);
     if (first >> 16 != 0) {  // small element: size and type in one word, data in the next
-      const std::size_t size = first >> 16;
-      if (size > 4) fail(base + at, fmt::format("small element of {} bytes: must be at most 4", size));
-      const MatElement element{first & 0xFFFF, bytes.substr(at + 4, size), base + at + 4};
+      const std::uint32_t size = first >> 16;
+      if (size > 4) fail(at, fmt::format("small element of {} bytes: must be at most 4", size));
+      const MatElement element{first & 0xFFFF, at + 4, size};
       at += 8;
       return element;
     }
-    std::size_t size = get<std::uint32_t>(bytes, at + 4);
+    std::uint64_t size = get<std::uint32_t>(at + 4);
     const bool unpacked =
-        !inside && base > 0;  // some writers state the size of a compressed variable with too much padding
-    if (unpacked) size = std::min(size, bytes.size() - at - 8);
-    if (size > bytes.size() - at - 8) {
-      fail(base + at, fmt::format("element of {} bytes, but {} are left", size, bytes.size() - at - 8));
-    }
-    const MatElement element{first, bytes.substr(at + 8, size), base + at + 8};
+        !inside && base_ > 0;  // some writers state the size of a compressed variable with too much padding
+    if (unpacked) size = std::min(size, end - at - 8);
+    if (size > end - at - 8) fail(at, fmt::format("element of {} bytes, but {} are left", size, end - at - 8));
+    const MatElement element{first, at + 8, size};
     at += 8 + size;
-    if (first != kCompressed || inside) at = std::min(bytes.size(), (at + 7) / 8 * 8);
+    if (first != kCompressed || inside) at = std::min(end, holder.at + (at - holder.at + 7) / 8 * 8);
     return element;
   }
 
   std::string inflate_all(const MatElement& element) const {
     z_stream stream{};
     if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
-    std::string out, piece(std::size_t{1} << 16, '\0');
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(element.data.data()));
-    stream.avail_in = static_cast<uInt>(element.data.size());
+    std::string out, piece(std::size_t{1} << 16, '\0'), packed;
+    std::uint64_t at = element.at;
     int status = Z_OK;
-    while (status == Z_OK && out.size() < kMostInflated) {
+    while (status == Z_OK && out.size() < most_unpacked_) {
+      if (stream.avail_in == 0) {
+        packed = in_->copy(at, static_cast<std::size_t>(std::min<std::uint64_t>(piece.size(), element.end() - at)));
+        at += packed.size();
+        stream.next_in = reinterpret_cast<Bytef*>(packed.data());
+        stream.avail_in = static_cast<uInt>(packed.size());
+      }
       stream.next_out = reinterpret_cast<Bytef*>(piece.data());
       stream.avail_out = static_cast<uInt>(piece.size());
       status = inflate(&stream, Z_NO_FLUSH);
       out.append(piece.data(), piece.size() - stream.avail_out);
-      if (stream.avail_in == 0 && stream.avail_out != 0) break;
+      if (stream.avail_in == 0 && stream.avail_out != 0 && at == element.end()) break;
     }
     inflateEnd(&stream);
     if (status != Z_STREAM_END && status != Z_OK) fail(element.at, "compressed data are damaged");
-    if (out.size() >= kMostInflated) fail(element.at, "compressed variable of more than 1 GiB");
+    if (out.size() >= most_unpacked_)
+      fail(element.at,
+           fmt::format("compressed variable of more than {} MiB{}", most_unpacked_ >> 20,
+                       most_unpacked_ == kMostInflated
+                           ? ""
+                           : ": it cannot be read in parts; save the file with -nocompression, or as v7.3"));
     return out;
-  }
-
-  Eigen::MatrixXd numbers(const MatElement& element, Eigen::Index rows, Eigen::Index columns,
-                          const std::string& name) const {
-    const std::size_t width = width_of(element.type), count = static_cast<std::size_t>(rows * columns);
-    if (width == 0) fail(element.at, fmt::format("variable '{}': data type {} cannot be read", name, element.type));
-    if (element.data.size() < count * width) {
-      fail(element.at, fmt::format("variable '{}': {} values of {} bytes do not fit into {} bytes", name, count, width,
-                                   element.data.size()));
-    }
-    Eigen::MatrixXd m(rows, columns);
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t at = i * width;
-      double v = 0;
-      switch (element.type) {
-        case kInt8:
-          v = get<std::int8_t>(element.data, at);
-          break;
-        case kUint8:
-          v = get<std::uint8_t>(element.data, at);
-          break;
-        case kInt16:
-          v = get<std::int16_t>(element.data, at);
-          break;
-        case kUint16:
-          v = get<std::uint16_t>(element.data, at);
-          break;
-        case kInt32:
-          v = get<std::int32_t>(element.data, at);
-          break;
-        case kUint32:
-          v = get<std::uint32_t>(element.data, at);
-          break;
-        case kSingle:
-          v = get<float>(element.data, at);
-          break;
-        case kInt64:
-          v = static_cast<double>(get<std::int64_t>(element.data, at));
-          break;
-        case kUint64:
-          v = static_cast<double>(get<std::uint64_t>(element.data, at));
-          break;
-        default:
-          v = get<double>(element.data, at);
-      }
-      m.data()[i] = v;
-    }
-    return m;
   }
 
   // Fields of a structure and parts of a cell array are matrices of their own, without a name.
   void read_matrix(const MatElement& matrix, const std::string& group, const std::string& given, int depth) {
-    std::size_t at = 0;
-    const auto part = [&] { return next(matrix.data, at, matrix.at, true); };
-    if (matrix.data.empty()) return;  // an empty matrix has no parts
+    std::uint64_t at = matrix.at;
+    const auto part = [&] { return next(matrix, at, true); };
+    if (matrix.size == 0) return;  // an empty matrix has no parts
     const MatElement flags = part();
-    if (flags.type != kUint32 || flags.data.size() < 8) fail(flags.at, "array flags are expected");
-    const auto word = get<std::uint32_t>(flags.data, 0);
+    if (flags.type != kUint32 || flags.size < 8) fail(flags.at, "array flags are expected");
+    const auto word = get<std::uint32_t>(flags.at);
     const unsigned kind = word & 0xFF;
-    const bool complex = (word & 0x800) != 0;
     const MatElement sizes = kind == kOpaque ? MatElement{} : part();
-    if (kind != kOpaque && (sizes.type != kInt32 || sizes.data.size() < 8))
-      fail(sizes.at, "array dimensions are expected");
-    const std::string name = given.empty() ? std::string(part().data) : (part(), given);
+    if (kind != kOpaque && (sizes.type != kInt32 || sizes.size < 8)) fail(sizes.at, "array dimensions are expected");
+    const std::string stated = text(part());
+    const std::string name = given.empty() ? stated : given;
     const std::string full = group.empty() ? name : group + "." + name;
     // Checked against the bytes before anything is allocated.
     std::vector<std::size_t> shape;
     double count = 1;
-    for (std::size_t d = 0; d + 4 <= sizes.data.size(); d += 4) {
-      const auto size = get<std::int32_t>(sizes.data, d);
+    for (std::uint64_t d = 0; d + 4 <= sizes.size; d += 4) {
+      const auto size = get<std::int32_t>(sizes.at + d);
       count *= size;
-      if (size < 0 || count > static_cast<double>(matrix.data.size()))
-        fail(sizes.at, fmt::format("variable '{}': {:g} values in {} bytes", full, count, matrix.data.size()));
+      if (size < 0 || count > static_cast<double>(matrix.size))
+        fail(sizes.at, fmt::format("variable '{}': {:g} values in {} bytes", full, count, matrix.size));
       shape.push_back(static_cast<std::size_t>(size));
     }
     const auto elements = static_cast<std::size_t>(count);
@@ -242,8 +210,8 @@ class MatReader {
       if (kind == kStruct) {
         read_structure(matrix, at, full, elements, depth);
       } else {
-        for (std::size_t i = 0; i < elements && at < matrix.data.size(); ++i)
-          read_matrix(next(matrix.data, at, matrix.at, true), group, fmt::format("{}{{{}}}", name, i + 1), depth + 1);
+        for (std::size_t i = 0; i < elements && at < matrix.end(); ++i)
+          read_matrix(next(matrix, at, true), group, fmt::format("{}{{{}}}", name, i + 1), depth + 1);
       }
       return;
     }
@@ -255,42 +223,53 @@ class MatReader {
       file_.contents.push_back(fmt::format("'{}': {} (passed over)", full, class_name(kind)));
       return;
     }
-    NamedArray array;
-    array.group = group;
-    array.name = name;
-    if ((word & 0x200) != 0 && split_unit(name).unit == nullptr) array.unit = "1";  // logical
+    StoredArray array{.in = in_, .big = big_};
+    array.head.group = group;
+    array.head.name = name;
+    if ((word & 0x200) != 0 && split_unit(name).unit == nullptr) array.head.unit = "1";  // logical
     while (shape.size() > 2 && shape.back() == 1) shape.pop_back();
     while (shape.size() > 3) {  // dimensions beyond the third are taken together
       shape[shape.size() - 2] *= shape.back();
       shape.pop_back();
     }
-    const auto total = static_cast<Eigen::Index>(elements);
-    const MatElement stored = part();
-    const Eigen::VectorXd real = numbers(stored, total, 1, full);
-    if (stored.type == kInt64 || stored.type == kUint64) {
-      if (std::string rounded = rounding_of_integers(full, real); !rounded.empty())
-        file_.findings.push_back(std::move(rounded));
-    }
-    const Eigen::VectorXd imaginary = complex ? Eigen::VectorXd(numbers(part(), total, 1, full)) : Eigen::VectorXd();
-    set_values(array, real, imaginary, shape, true);
-    arrays_.push_back(std::move(array));
+    array.shape = std::move(shape);
+    array.real = place_of_numbers(part(), array, full);
+    if ((word & 0x800) != 0) array.imaginary = place_of_numbers(part(), array, full);
+    take_(std::move(array));
   }
 
-  void read_structure(const MatElement& matrix, std::size_t at, const std::string& full, std::size_t elements,
+  std::string text(const MatElement& element) const {
+    if (element.size > kMostName)
+      fail(element.at, fmt::format("name of {} bytes: must be at most {}", element.size, kMostName));
+    return in_->copy(element.at, static_cast<std::size_t>(element.size));
+  }
+
+  StoredPart place_of_numbers(const MatElement& element, StoredArray& array, const std::string& name) const {
+    const std::optional<NumberType> type = number_type(element.type);
+    if (!type) fail(element.at, fmt::format("variable '{}': data type {} cannot be read", name, element.type));
+    const std::size_t width = width_of(*type);
+    if (element.size < array.size() * width)
+      fail(element.at, fmt::format("variable '{}': {} values of {} bytes do not fit into {} bytes", name, array.size(),
+                                   width, element.size));
+    if (*type == NumberType::int64 || *type == NumberType::uint64) array.head.integers = name;
+    return {*type, element.at, width};
+  }
+
+  void read_structure(const MatElement& matrix, std::uint64_t at, const std::string& full, std::size_t elements,
                       int depth) {
-    const MatElement length = next(matrix.data, at, matrix.at, true);
-    if (length.type != kInt32 || length.data.size() < 4) fail(length.at, "length of field names is expected");
-    const auto width = get<std::int32_t>(length.data, 0);
+    const MatElement length = next(matrix, at, true);
+    if (length.type != kInt32 || length.size < 4) fail(length.at, "length of field names is expected");
+    const auto width = get<std::int32_t>(length.at);
     if (width < 1 || width > 1024) fail(length.at, fmt::format("field names of {} bytes: must be 1 to 1024", width));
-    const MatElement names = next(matrix.data, at, matrix.at, true);
-    const std::size_t fields = names.data.size() / static_cast<std::size_t>(width);
-    for (std::size_t i = 0; i < elements; ++i) {
+    const MatElement names = next(matrix, at, true);
+    const std::uint64_t fields = names.size / static_cast<std::uint64_t>(width);
+    for (std::size_t i = 0; i < elements && fields > 0; ++i) {
       const std::string group = elements == 1 ? full : fmt::format("{}({})", full, i + 1);
-      for (std::size_t f = 0; f < fields && at < matrix.data.size(); ++f) {
-        const std::string_view raw =
-            names.data.substr(f * static_cast<std::size_t>(width), static_cast<std::size_t>(width));
-        const std::string field(raw.substr(0, raw.find('\0')));
-        read_matrix(next(matrix.data, at, matrix.at, true), group, field.empty() ? "field" : field, depth + 1);
+      for (std::uint64_t f = 0; f < fields && at < matrix.end(); ++f) {
+        const auto bytes = static_cast<std::size_t>(width);
+        std::string field = in_->copy(names.at + f * bytes, bytes);
+        field.resize(std::min(field.find('\0'), field.size()));
+        read_matrix(next(matrix, at, true), group, field.empty() ? "field" : field, depth + 1);
       }
     }
   }
@@ -303,11 +282,18 @@ class MatReader {
                                : "unknown class";
   }
 
-  std::string_view bytes_;
-  bool swap_ = false;
-  SignalFile file_;
-  std::vector<NamedArray> arrays_;
+  std::shared_ptr<const RandomBytes> in_;
+  std::uint64_t base_ = 0;  ///< byte of the file where what was unpacked stands
+  std::size_t most_unpacked_;
+  bool big_ = false;
+  SignalFile& file_;
+  const TakeArray& take_;
 };
+
+void read_mat_arrays(const std::shared_ptr<const RandomBytes>& bytes, std::size_t most_unpacked, SignalFile& file,
+                     const TakeArray& take) {
+  MatReader(bytes, most_unpacked, file, take).read();
+}
 
 void put_u32(std::string& out, std::uint32_t value) { out.append(reinterpret_cast<const char*>(&value), 4); }
 
@@ -343,7 +329,9 @@ void put_column(std::string& out, const std::string& name, const Eigen::VectorXd
 
 }  // namespace
 
-SignalFile parse_mat(std::string_view bytes, std::string_view name) { return MatReader(bytes, name).read(); }
+SignalFile parse_mat(std::string_view bytes, std::string_view name) {
+  return read_arrays(std::make_shared<RandomBytes>(std::string(bytes), std::string(name)), read_mat_arrays);
+}
 
 void write_mat(const std::filesystem::path& path, const Recording& recording) {
   if (recording.size() > (Eigen::Index{1} << 28))
@@ -364,12 +352,15 @@ Format mat_format() {
   Format f{FileFormat::mat, "MAT", {".mat"}, [](std::string_view head) { return head.starts_with("MATLAB 5.0"); }};
   f.magic = true;
   f.read = [](const std::filesystem::path& path, const CsvOptions&) {
-    return parse_mat(read_text(path), path.string());
+    return read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_mat_arrays);
   };
   f.write = write_mat;
+  f.stream = [](const std::filesystem::path& path, const CsvOptions&, const PartRows& rows) {
+    return stream_arrays(path, read_mat_arrays, rows);
+  };
   f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
-    const std::string bytes = read_text(path), name = path.string();
-    return responses_of(MatReader(bytes, name).read(&options), options);
+    return responses_of(read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_mat_arrays, &options),
+                        options);
   };
   return f;
 }

@@ -2,6 +2,7 @@
 // MathWorks, MAT-File Format, appendix on level 4. Written by MATLAB with -v4, Octave, and many small analysers.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cctype>
@@ -13,7 +14,6 @@
 #include "formats/arrays/bytes.hpp"
 #include "formats/format.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/io/file.hpp"
 
 namespace whirl::io {
 namespace {
@@ -59,49 +59,45 @@ bool is_name(std::string_view text) {
   return !text.empty();
 }
 
-SignalFile parse(std::string_view bytes, std::string_view name, const ResponseOptions* wanted) {
-  const auto fail = [&](std::size_t at, const std::string& message) {
-    return Error::in_file(name, 0, fmt::format("byte {}: {}", at, message));
+void read_mat4_arrays(const std::shared_ptr<const RandomBytes>& in, std::size_t, SignalFile& file,
+                      const TakeArray& take) {
+  const auto fail = [&](std::uint64_t at, const std::string& message) {
+    return Error::in_file(in->name(), 0, fmt::format("byte {}: {}", at, message));
   };
   static constexpr std::array<NumberType, 6> kTypes = {NumberType::float64, NumberType::float32, NumberType::int32,
                                                        NumberType::int16,   NumberType::uint16,  NumberType::uint8};
-  SignalFile file;
-  file.source = name;
+  file.source = in->name();
   file.format = "MAT v4";
-  std::vector<NamedArray> arrays;
-  for (std::size_t at = 0; at < bytes.size();) {
-    const std::optional<Header> h = header_at(bytes.substr(at));
+  for (std::uint64_t at = 0; at < in->size();) {
+    const std::optional<Header> h = header_at(in->copy(at, std::min<std::uint64_t>(kHeader, in->size() - at)));
     if (!h) throw fail(at, "no header of a matrix");
     if (h->order > 1) throw fail(at, "numbers of a VAX or Cray: only IEEE numbers can be read");
     at += kHeader;
-    if (bytes.size() - at < h->name_length) throw fail(at, "file ends inside a name");
-    const std::string_view raw = bytes.substr(at, h->name_length);
-    const std::string label(raw.substr(0, raw.find('\0')));
+    if (in->size() - at < h->name_length) throw fail(at, "file ends inside a name");
+    std::string label = in->copy(at, h->name_length);
+    label.resize(std::min(label.find('\0'), label.size()));
     at += h->name_length;
     const NumberType type = kTypes[static_cast<std::size_t>(h->precision)];
     const double size = static_cast<double>(h->rows) * static_cast<double>(h->columns) * (h->complex ? 2 : 1) *
                         static_cast<double>(width_of(type));
-    if (size > static_cast<double>(bytes.size() - at)) {
+    if (size > static_cast<double>(in->size() - at)) {
       throw fail(at, fmt::format("matrix '{}' of {} x {} values does not fit into {} bytes", label, h->rows, h->columns,
-                                 bytes.size() - at));
+                                 in->size() - at));
     }
-    const std::size_t part = h->rows * h->columns * width_of(type);
+    const std::uint64_t part = h->rows * h->columns * width_of(type);
     if (h->kind != 0) {
       file.contents.push_back(fmt::format("'{}': {}", label, h->kind == 1 ? "text" : "sparse matrix (passed over)"));
     } else if (part == 0) {
       file.contents.push_back(fmt::format("'{}': empty", label));
     } else {
-      NamedArray array;
-      array.name = label;
-      const auto rows = static_cast<Eigen::Index>(h->rows), columns = static_cast<Eigen::Index>(h->columns);
-      array.value = numbers_of(bytes.substr(at, part), type, h->big).reshaped(rows, columns);
-      if (h->complex) array.imaginary = numbers_of(bytes.substr(at + part, part), type, h->big).reshaped(rows, columns);
-      arrays.push_back(std::move(array));
+      StoredArray array{.in = in, .real = {type, at, width_of(type)}, .big = h->big};
+      array.head.name = label;
+      if (h->complex) array.imaginary = StoredPart{type, at + part, width_of(type)};
+      array.shape = {h->rows, h->columns};
+      take(std::move(array));
     }
     at += part * (h->complex ? 2 : 1);
   }
-  add_arrays(file, std::move(arrays), wanted);
-  return file;
 }
 
 }  // namespace
@@ -114,10 +110,14 @@ Format mat4_format() {
            }};
   f.magic = true;
   f.read = [](const std::filesystem::path& path, const CsvOptions&) {
-    return parse(read_text(path), path.string(), nullptr);
+    return read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_mat4_arrays);
+  };
+  f.stream = [](const std::filesystem::path& path, const CsvOptions&, const PartRows& rows) {
+    return stream_arrays(path, read_mat4_arrays, rows);
   };
   f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
-    return responses_of(parse(read_text(path), path.string(), &options), options);
+    return responses_of(read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_mat4_arrays, &options),
+                        options);
   };
   return f;
 }

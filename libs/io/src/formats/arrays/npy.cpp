@@ -19,7 +19,8 @@ namespace {
 
 constexpr std::string_view kMagic("\x93NUMPY", 6);
 constexpr double kMostInflation = 1040;                      // of deflate
-constexpr std::size_t kMostUnpacked = std::size_t{1} << 31;  // bytes of all members together
+constexpr std::size_t kMostUnpacked = std::size_t{1} << 31;  // bytes of all deflated members together
+constexpr std::size_t kMostHeader = std::size_t{1} << 20;    // bytes
 
 struct Field {
   std::string name;
@@ -30,19 +31,23 @@ struct Field {
 
 class NpyReader {
  public:
-  NpyReader(std::string_view bytes, std::string_view file, std::string name)
-      : bytes_(bytes), file_(file), name_(std::move(name)) {}
+  /// The bytes from `at` to `end`.
+  NpyReader(std::shared_ptr<const RandomBytes> in, std::uint64_t at, std::uint64_t end, std::string name)
+      : in_(std::move(in)), at_(at), end_(end), name_(std::move(name)) {}
 
-  void read(SignalFile& file, std::vector<NamedArray>& arrays) {
-    if (bytes_.size() < 10 || !bytes_.starts_with(kMagic)) fail("no header of NumPy");
-    const bool wide = bytes_[6] >= 2;
-    if (wide && bytes_.size() < 12) fail("file ends inside the header");
+  void read(SignalFile& file, const TakeArray& take) {
+    const std::string start = in_->copy(at_, std::min<std::uint64_t>(12, end_ - at_));
+    if (start.size() < 10 || !start.starts_with(kMagic)) fail("no header of NumPy");
+    const bool wide = start[6] >= 2;
+    if (wide && start.size() < 12) fail("file ends inside the header");
     const std::size_t length =
-        wide ? number_at<std::uint32_t>(bytes_, 8, false) : number_at<std::uint16_t>(bytes_, 8, false);
-    const std::size_t at = wide ? 12 : 10;
-    if (length > bytes_.size() - at) fail("file ends inside the header");
-    const std::string_view header = bytes_.substr(at, length);
-    data_ = bytes_.substr(at + length);
+        wide ? number_at<std::uint32_t>(start, 8, false) : number_at<std::uint16_t>(start, 8, false);
+    at_ += wide ? 12 : 10;
+    if (length > end_ - at_) fail("file ends inside the header");
+    if (length > kMostHeader) fail(fmt::format("a header of {} bytes: must be at most {}", length, kMostHeader));
+    const std::string text = in_->copy(at_, length);
+    const std::string_view header = text;
+    at_ += length;
     const std::string_view descr = value_of(header, "descr");
     if (!read_type(descr)) {
       const std::string what = fmt::format("'{}': type {} (passed over)", name_, descr);
@@ -60,24 +65,27 @@ class NpyReader {
     }
     double count = 1;
     for (const std::size_t size : shape_) count *= static_cast<double>(size);
-    if (count * static_cast<double>(item_) > static_cast<double>(data_.size())) {
-      fail(fmt::format("{:g} values of {} bytes do not fit into {} bytes", count, item_, data_.size()));
+    if (count * static_cast<double>(item_) > static_cast<double>(end_ - at_)) {
+      fail(fmt::format("{:g} values of {} bytes do not fit into {} bytes", count, item_, end_ - at_));
     }
     if (count == 0) {
       file.contents.push_back(fmt::format("'{}': empty", name_));
       return;
     }
     for (const Field& field : fields_) {
-      add(field, static_cast<std::size_t>(count), columns_first, arrays);
-      if (field.type != NumberType::int64 && field.type != NumberType::uint64) continue;
-      if (std::string rounded = rounding_of_integers(arrays.back().name, arrays.back().value); !rounded.empty())
-        file.findings.push_back(std::move(rounded));
+      StoredArray array{
+          .in = in_, .real = {field.type, at_, item_, field.offset}, .big = field.big, .columns_first = columns_first};
+      name_array(array.head, field);
+      if (field.complex) array.imaginary = StoredPart{field.type, at_, item_, field.offset + width_of(field.type)};
+      if (field.type == NumberType::int64 || field.type == NumberType::uint64) array.head.integers = array.head.name;
+      array.shape = shape_;
+      take(std::move(array));
     }
   }
 
  private:
   [[noreturn]] void fail(const std::string& message) const {
-    throw Error::in_file(file_, 0, fmt::format("array '{}': {}", name_, message));
+    throw Error::in_file(in_->name(), 0, fmt::format("array '{}': {}", name_, message));
   }
 
   // Arrays of an archive's folder are a group.
@@ -195,25 +203,9 @@ class NpyReader {
     }
   }
 
-  void add(const Field& field, std::size_t count, bool columns_first, std::vector<NamedArray>& arrays) const {
-    const std::size_t width = width_of(field.type);
-    const auto part = [&](std::size_t offset) {
-      if (item_ == width) return numbers_of(data_.substr(0, count * width), field.type, field.big);
-      std::string packed;
-      packed.reserve(count * width);
-      for (std::size_t i = 0; i < count; ++i) packed += data_.substr(i * item_ + offset, width);
-      return numbers_of(packed, field.type, field.big);
-    };
-    NamedArray array;
-    name_array(array, field);
-    Eigen::VectorXd real = part(field.offset), imaginary;
-    if (field.complex) imaginary = part(field.offset + width);
-    set_values(array, real, imaginary, shape_, columns_first);
-    arrays.push_back(std::move(array));
-  }
-
-  std::string_view bytes_, data_;
-  std::string file_, name_;
+  std::shared_ptr<const RandomBytes> in_;
+  std::uint64_t at_, end_;
+  std::string name_;
   std::vector<Field> fields_;
   std::size_t item_ = 0;
   std::vector<std::size_t> shape_;
@@ -224,7 +216,7 @@ std::string without_npy(std::string_view name) {
   return std::string(name);
 }
 
-std::string inflate_member(std::string_view packed, std::size_t size, std::string_view file, std::string_view name) {
+std::string inflate_member(const std::string& packed, std::size_t size, std::string_view file, std::string_view name) {
   const auto fail = [&](const char* what) {
     return Error::in_file(file, 0, fmt::format("member '{}' {}", name, what));
   };
@@ -258,67 +250,113 @@ class MemberPlaces {
   std::map<std::size_t, std::size_t> taken_;
 };
 
-// Members of a ZIP archive by its central directory.
-SignalFile parse_npz(std::string_view bytes, std::string_view file_name, const ResponseOptions* wanted) {
-  const auto fail = [&](const std::string& message) { return Error::in_file(file_name, 0, message); };
-  SignalFile file;
-  file.source = file_name;
-  file.format = "NPZ";
-  std::vector<NamedArray> arrays;
-  const std::size_t end = bytes.rfind(std::string_view("PK\x05\x06", 4));
-  if (end == std::string_view::npos || bytes.size() - end < 22) throw fail("ZIP archive without a directory: cut off");
-  std::size_t at = number_at<std::uint32_t>(bytes, end + 16, false);
-  const std::size_t members = number_at<std::uint16_t>(bytes, end + 10, false);
-  MemberPlaces places;
-  std::size_t unpacked_bytes = 0;
-  for (std::size_t k = 0; k < members; ++k) {
-    if (at > bytes.size() || bytes.size() - at < 46 || number_at<std::uint32_t>(bytes, at, false) != 0x02014b50)
-      throw fail(fmt::format("byte {}: no entry of a ZIP directory", at));
-    const auto word = [&](std::size_t offset) {
-      return std::size_t{number_at<std::uint16_t>(bytes, at + offset, false)};
-    };
-    const auto wide = [&](std::size_t offset) {
-      return std::size_t{number_at<std::uint32_t>(bytes, at + offset, false)};
-    };
-    const std::size_t method = word(10), packed = wide(20), size = wide(24), name_size = word(28);
-    const std::size_t local = wide(42), next = at + 46 + name_size + word(30) + word(32);
-    if (bytes.size() - at - 46 < name_size) throw fail("file ends inside a ZIP directory");
-    const std::string member(bytes.substr(at + 46, name_size));
-    if ((word(8) & 1) != 0) throw fail(fmt::format("member '{}' is encrypted", member));
-    if (packed == 0xFFFFFFFF || size == 0xFFFFFFFF || local == 0xFFFFFFFF)
-      throw fail(fmt::format("member '{}' is larger than 4 GiB", member));
-    if (local > bytes.size() || bytes.size() - local < 30) throw fail(fmt::format("member '{}' lies outside", member));
-    const std::size_t from = local + 30 + number_at<std::uint16_t>(bytes, local + 26, false) +
-                             number_at<std::uint16_t>(bytes, local + 28, false);
-    if (from > bytes.size() || bytes.size() - from < packed) throw fail(fmt::format("member '{}' is cut off", member));
-    if (!places.take(local, from + packed)) throw fail(fmt::format("member '{}' lies inside another", member));
-    const std::string_view data = bytes.substr(from, packed);
-    at = next;
-    if (!member.ends_with(".npy")) {
-      file.contents.push_back(fmt::format("'{}': no array (passed over)", member));
-      continue;
-    }
-    if (method != 0 && method != 8) throw fail(fmt::format("member '{}' is packed by method {}", member, method));
-    unpacked_bytes += method == 8 ? size : packed;
-    if (unpacked_bytes > kMostUnpacked)
-      throw fail(fmt::format("its members unpack to more than {} bytes together", kMostUnpacked));
-    const std::string unpacked = method == 8 ? inflate_member(data, size, file_name, member) : std::string(data);
-    NpyReader(unpacked, file_name, without_npy(member)).read(file, arrays);
-  }
-  add_arrays(file, std::move(arrays), wanted);
-  return file;
-}
+/// Members of a ZIP archive by its central directory.
+class NpzReader {
+ public:
+  NpzReader(const std::shared_ptr<const RandomBytes>& in, std::size_t most_unpacked, SignalFile& file,
+            const TakeArray& take)
+      : in_(in), most_unpacked_(std::min(most_unpacked, kMostUnpacked)), file_(file), take_(take) {}
 
-SignalFile read_numpy(const std::filesystem::path& path, const ResponseOptions* wanted) {
-  const std::string bytes = read_text(path), name = path.string();
-  if (!bytes.starts_with(kMagic)) return parse_npz(bytes, name, wanted);
-  SignalFile file;
-  file.source = name;
-  file.format = "NPY";
-  std::vector<NamedArray> arrays;
-  NpyReader(bytes, name, path.stem().string()).read(file, arrays);
-  add_arrays(file, std::move(arrays), wanted);
-  return file;
+  void read() {
+    // The end record: 22 bytes and a comment of at most 65535.
+    const std::uint64_t tail_at = in_->size() - std::min<std::uint64_t>(in_->size(), 22 + 65535);
+    const std::string tail = in_->copy(tail_at, static_cast<std::size_t>(in_->size() - tail_at));
+    const std::size_t end = tail.rfind(std::string_view("PK\x05\x06", 4));
+    if (end == std::string::npos || tail.size() - end < 22) throw fail("ZIP archive without a directory: cut off");
+    std::uint64_t at = number_at<std::uint32_t>(tail, end + 16, false);
+    std::uint64_t members = number_at<std::uint16_t>(tail, end + 10, false);
+    if (end >= 20 && tail.compare(end - 20, 4, "PK\x06\x07") == 0) {  // ZIP64: the place of a longer end record
+      const auto wide = number_at<std::uint64_t>(tail, end - 12, false);
+      if (wide > in_->size() || in_->size() - wide < 56) throw fail("ZIP archive without a directory: cut off");
+      members = in_->number<std::uint64_t>(wide + 32, false);
+      at = in_->number<std::uint64_t>(wide + 48, false);
+    }
+    for (std::uint64_t k = 0; k < members; ++k) at = read_member(at);
+  }
+
+ private:
+  Error fail(const std::string& message) const { return Error::in_file(in_->name(), 0, message); }
+
+  /// Sizes and place of a member that the entry of the directory at `at` states.
+  struct Member {
+    std::uint64_t packed, size, local;
+  };
+  Member member_at(const std::string& entry, std::uint64_t extra_at, std::size_t extra_size) const {
+    const auto wide = [&](std::size_t offset) { return std::uint64_t{number_at<std::uint32_t>(entry, offset, false)}; };
+    Member m{wide(20), wide(24), wide(42)};
+    const std::string extra = in_->copy(extra_at, extra_size);
+    for (std::size_t i = 0; i + 4 <= extra.size();) {
+      const std::size_t size = number_at<std::uint16_t>(extra, i + 2, false);
+      if (size > extra.size() - i - 4) break;
+      std::size_t from = i + 4;
+      for (std::uint64_t* value : {&m.size, &m.packed, &m.local}) {
+        if (number_at<std::uint16_t>(extra, i, false) != 1 || *value != 0xFFFFFFFF || from + 8 > i + 4 + size) continue;
+        *value = number_at<std::uint64_t>(extra, from, false);
+        from += 8;
+      }
+      i += 4 + size;
+    }
+    return m;
+  }
+
+  /// Returns the place of the next entry.
+  std::uint64_t read_member(std::uint64_t at) {
+    const std::uint64_t size = in_->size();
+    const std::string entry = at > size || size - at < 46 ? std::string() : in_->copy(at, 46);
+    if (entry.empty() || number_at<std::uint32_t>(entry, 0, false) != 0x02014b50)
+      throw fail(fmt::format("byte {}: no entry of a ZIP directory", at));
+    const auto word = [&](std::size_t offset) { return std::size_t{number_at<std::uint16_t>(entry, offset, false)}; };
+    const std::size_t method = word(10), name_size = word(28), extra_size = word(30);
+    const std::uint64_t next = at + 46 + name_size + extra_size + word(32);
+    if (size - at - 46 < name_size + extra_size) throw fail("file ends inside a ZIP directory");
+    const std::string name = in_->copy(at + 46, name_size);
+    if ((word(8) & 1) != 0) throw fail(fmt::format("member '{}' is encrypted", name));
+    const Member m = member_at(entry, at + 46 + name_size, extra_size);
+    if (m.local > size || size - m.local < 30) throw fail(fmt::format("member '{}' lies outside", name));
+    const std::uint64_t from = m.local + 30 + in_->number<std::uint16_t>(m.local + 26, false) +
+                               in_->number<std::uint16_t>(m.local + 28, false);
+    if (from > size || size - from < m.packed) throw fail(fmt::format("member '{}' is cut off", name));
+    if (!places_.take(m.local, from + m.packed)) throw fail(fmt::format("member '{}' lies inside another", name));
+    if (!name.ends_with(".npy")) {
+      file_.contents.push_back(fmt::format("'{}': no array (passed over)", name));
+      return next;
+    }
+    if (method != 0 && method != 8) throw fail(fmt::format("member '{}' is packed by method {}", name, method));
+    if (method == 0) {
+      NpyReader(in_, from, from + m.packed, without_npy(name)).read(file_, take_);
+      return next;
+    }
+    if (m.packed > m.size + m.size / 100 + 1024) throw fail(fmt::format("member '{}' is damaged", name));
+    unpacked_ += m.size;
+    if (unpacked_ > most_unpacked_)
+      throw fail(fmt::format("its deflated members unpack to more than {} bytes together{}", most_unpacked_,
+                             most_unpacked_ == kMostUnpacked
+                                 ? ""
+                                 : ": they cannot be read in parts; save it with numpy.savez, which does not deflate"));
+    const auto unpacked =
+        std::make_shared<RandomBytes>(inflate_member(in_->copy(from, static_cast<std::size_t>(m.packed)),
+                                                     static_cast<std::size_t>(m.size), in_->name(), name),
+                                      in_->name());
+    NpyReader(unpacked, 0, unpacked->size(), without_npy(name)).read(file_, take_);
+    return next;
+  }
+
+  std::shared_ptr<const RandomBytes> in_;
+  std::size_t most_unpacked_, unpacked_ = 0;
+  SignalFile& file_;
+  const TakeArray& take_;
+  MemberPlaces places_;
+};
+
+void read_numpy_arrays(const std::shared_ptr<const RandomBytes>& in, std::size_t most_unpacked, SignalFile& file,
+                       const TakeArray& take) {
+  file.source = in->name();
+  const bool alone = in->size() >= kMagic.size() && in->view(0, kMagic.size()) == kMagic;
+  file.format = alone ? "NPY" : "NPZ";
+  if (alone)
+    NpyReader(in, 0, in->size(), std::filesystem::path(in->name()).stem().string()).read(file, take);
+  else
+    NpzReader(in, most_unpacked, file, take).read();
 }
 
 template <class T>
@@ -388,10 +426,16 @@ Format numpy_format() {
              return head.size() >= 30 + length && head.substr(30, length).ends_with(".npy");
            }};
   f.magic = true;
-  f.read = [](const std::filesystem::path& path, const CsvOptions&) { return read_numpy(path, nullptr); };
+  f.read = [](const std::filesystem::path& path, const CsvOptions&) {
+    return read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_numpy_arrays);
+  };
   f.write = write_npz;
+  f.stream = [](const std::filesystem::path& path, const CsvOptions&, const PartRows& rows) {
+    return stream_arrays(path, read_numpy_arrays, rows);
+  };
   f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
-    return responses_of(read_numpy(path, &options), options);
+    return responses_of(read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_numpy_arrays, &options),
+                        options);
   };
   return f;
 }

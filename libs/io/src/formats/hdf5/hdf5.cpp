@@ -8,22 +8,21 @@
 #include "formats/format.hpp"
 #include "formats/hdf5/hdf5_dataset.hpp"
 #include "formats/hdf5/hdf5_library.hpp"
+#include "formats/hdf5/hdf5_write.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/input.hpp"
-#include "whirl/io/units.hpp"
 
 namespace whirl::io {
 namespace {
 
 /// The numeric arrays of the opened file, into the parcel.
-void collect(hid_t file, Hdf5Visit visit, std::string_view name, bool matlab) {
+void collect(hid_t file, Hdf5Visit& visit, std::string_view name, bool matlab) {
   visit.file = file;
   visit.out.text(matlab ? "MAT v7.3" : "HDF5");
   const bool whole = walk(visit);
   if (!visit.problem.empty()) throw Error::in_file(name, 0, visit.problem);
   if (!whole) throw Error::in_file(name, 0, "the tree of groups is damaged");
-  visit.out.value(Piece::end);
 }
 
 void collect_memory(std::string_view bytes, std::string_view name, ParcelWriter& out) {
@@ -41,7 +40,9 @@ void collect_memory(std::string_view bytes, std::string_view name, ParcelWriter&
     }
     throw Error::in_file(name, 0, fmt::format("{} bytes that are no HDF5 file, or damaged or cut off", bytes.size()));
   }
-  collect(file, {.file = -1, .bytes = bytes.size(), .out = out}, name, bytes.starts_with("MATLAB 7.3"));
+  Hdf5Visit visit{.file = -1, .bytes = bytes.size(), .out = out};
+  collect(file, visit, name, bytes.starts_with("MATLAB 7.3"));
+  out.value(Piece::end);
 }
 
 /// This process never opens the file with the library: another one does and hands the values over.
@@ -68,64 +69,75 @@ SignalFile read_by(const std::string& name, std::size_t bytes, const std::functi
 
 }  // namespace
 
-SignalFile read_hdf5_rows(const std::filesystem::path& path, Eigen::Index first, Eigen::Index count) {
-  const std::filesystem::path kept = input_path(path);
-  std::error_code none;
-  const std::uintmax_t size = std::filesystem::file_size(kept, none);
-  const std::size_t bytes = none ? 0 : size;
-  return read_by(path.string(), bytes, [&](ParcelWriter& out) {
+namespace {
+
+class Hdf5RowReader : public RowReader {
+ public:
+  explicit Hdf5RowReader(const std::filesystem::path& path) : name_(path.string()), kept_(input_path(path)) {
+    std::error_code none;
+    const std::uintmax_t size = std::filesystem::file_size(kept_, none);
+    bytes_ = none ? 0 : size;
+    read_apart(
+        name_, bytes_,
+        [&](ParcelWriter& out) {
+          Hdf5Visit visit{.file = -1, .bytes = bytes_, .out = out, .measures = true};
+          walk_file(visit);
+          out.value(Piece::end);
+          out.value(visit.length);
+        },
+        [&](ParcelReader& in) {
+          in.text();
+          while (in.value<Piece>() != Piece::end) in.text();
+          rows_ = static_cast<Eigen::Index>(in.value<hsize_t>());
+        });
+  }
+  Eigen::Index rows() const override { return rows_; }
+  SignalFile read(Eigen::Index first, Eigen::Index count) override {
+    return read_by(name_, bytes_, [&](ParcelWriter& out) {
+      Hdf5Visit visit{.file = -1,
+                      .bytes = bytes_,
+                      .out = out,
+                      .first = static_cast<hsize_t>(first),
+                      .count = static_cast<hsize_t>(count),
+                      .length = static_cast<hsize_t>(rows_)};
+      walk_file(visit);
+      out.value(Piece::end);
+    });
+  }
+
+ private:
+  void walk_file(Hdf5Visit& visit) const {
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-    const Hdf5Id file(H5Fopen(kept.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-    if (file < 0) throw Error::in_file(path.string(), 0, "is no HDF5 file, or damaged or cut off");
-    collect(file,
-            {.file = -1,
-             .bytes = bytes,
-             .out = out,
-             .first = static_cast<hsize_t>(first),
-             .count = static_cast<hsize_t>(count)},
-            path.string(), false);
-  });
+    const Hdf5Id file(H5Fopen(kept_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    if (file < 0) throw Error::in_file(name_, 0, "is no HDF5 file, or damaged or cut off");
+    const Hdf5Id created(H5Fget_create_plist(file), H5Pclose);
+    hsize_t block = 0;  // before the file of the library: MATLAB's header
+    H5Pget_userblock(created, &block);
+    collect(file, visit, name_, block > 0);
+  }
+
+  std::string name_;
+  std::filesystem::path kept_;
+  std::size_t bytes_ = 0;
+  Eigen::Index rows_ = 0;
+};
+
+}  // namespace
+
+SignalFile read_hdf5_rows(const std::filesystem::path& path, Eigen::Index first, Eigen::Index count) {
+  Hdf5RowReader reader(path);
+  if (first + 1 >= reader.rows()) return {.source = path.string()};
+  SignalFile file = reader.read(first, std::min(count, reader.rows() - first));
+  for (SignalTable& table : file.tables) table.start += static_cast<double>(first) * table.step;
+  tell_rounding(file);
+  return file;
 }
 
 SignalFile parse_hdf5(std::string_view bytes, std::string_view name) {
-  return read_by(std::string(name), bytes.size(), [&](ParcelWriter& out) { collect_memory(bytes, name, out); });
-}
-
-void write_hdf5(const std::filesystem::path& path, const Recording& recording) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  ByteSink sink(path);
-  // In memory: the library does not survive a disk that becomes full under it.
-  const Hdf5Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  H5Pset_fapl_core(access, 1 << 20, false);
-  const Hdf5Id file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
-  if (file < 0) throw Error::in_file(path.string(), 0, "cannot be written");
-  bool good = true;
-  const Hdf5Id plain(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_obj_track_times(plain, false);  // the same record gives the same bytes
-  for (const Channel& channel : recording.channels) {
-    std::string name = channel.name;
-    for (char& c : name) c = c == '/' ? '_' : c;
-    const hsize_t size = static_cast<hsize_t>(channel.samples.size());
-    const Hdf5Id space(H5Screate_simple(1, &size, nullptr), H5Sclose), scalar(H5Screate(H5S_SCALAR), H5Sclose);
-    const Hdf5Id data(H5Dcreate2(file, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, plain, H5P_DEFAULT), H5Dclose);
-    good = good && H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, channel.samples.data()) >= 0;
-    const std::string unit(si_unit(channel.quantity));
-    const Hdf5Id text(H5Tcopy(H5T_C_S1), H5Tclose);
-    H5Tset_size(text, unit.size() + 1);
-    const Hdf5Id attribute(H5Acreate2(data, "unit", text, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-    good = good && H5Awrite(attribute, text, unit.c_str()) >= 0;
-    for (const auto& [key, value] : {std::pair{"dt", recording.dt}, {"t0", recording.t0}}) {
-      const Hdf5Id number(H5Acreate2(data, key, H5T_IEEE_F64LE, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-      good = good && H5Awrite(number, H5T_NATIVE_DOUBLE, &value) >= 0;
-    }
-  }
-  good = good && H5Fflush(file, H5F_SCOPE_GLOBAL) >= 0;
-  const ssize_t size = good ? H5Fget_file_image(file, nullptr, 0) : -1;
-  std::string bytes(static_cast<std::size_t>(std::max<ssize_t>(size, 0)), '\0');
-  if (size <= 0 || H5Fget_file_image(file, bytes.data(), bytes.size()) != size)
-    throw Error::in_file(path.string(), 0, "cannot be put together in memory");
-  sink.write(bytes);
-  sink.close();
+  SignalFile file =
+      read_by(std::string(name), bytes.size(), [&](ParcelWriter& out) { collect_memory(bytes, name, out); });
+  tell_rounding(file);
+  return file;
 }
 
 namespace {
@@ -133,9 +145,11 @@ namespace {
 SignalFile read_whole(const std::filesystem::path& path, const ResponseOptions* wanted) {
   const std::filesystem::path kept = input_path(path);
   const std::string name = path.string();
-  return read_by(
+  SignalFile file = read_by(
       name, std::filesystem::file_size(kept), [&](ParcelWriter& out) { collect_memory(read_text(kept), name, out); },
       wanted);
+  tell_rounding(file);
+  return file;
 }
 
 }  // namespace
@@ -151,7 +165,10 @@ Format hdf5_format() {
   f.magic = true;
   f.read = [](const std::filesystem::path& path, const CsvOptions&) { return read_whole(path, nullptr); };
   f.write = write_hdf5;
-  f.stream = stream_hdf5;
+  f.write_parts = write_hdf5_parts;
+  f.stream = [](const std::filesystem::path& path, const CsvOptions&, const PartRows& rows) {
+    return stream_rows(std::make_unique<Hdf5RowReader>(path), rows);
+  };
   f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
     return responses_of(read_whole(path, &options), options);
   };

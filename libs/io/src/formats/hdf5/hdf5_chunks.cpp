@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -29,7 +30,8 @@ std::size_t unpacked_size(const std::vector<unsigned char>& packed, std::size_t 
 
 }  // namespace
 
-bool chunks_are_whole(hid_t dataset, hid_t plist, hid_t type, hid_t space, hsize_t file_bytes) {
+bool chunks_are_whole(hid_t dataset, hid_t plist, hid_t type, hid_t space, hsize_t file_bytes, int axis, hsize_t from,
+                      hsize_t to) {
   const int rank = H5Sget_simple_extent_ndims(space);
   hsize_t sizes[H5S_MAX_RANK] = {}, side[H5S_MAX_RANK] = {}, at[H5S_MAX_RANK] = {};
   if (rank < 1 || H5Sget_simple_extent_dims(space, sizes, nullptr) != rank ||
@@ -64,6 +66,11 @@ bool chunks_are_whole(hid_t dataset, hid_t plist, hid_t type, hid_t space, hsize
     }
   }
   std::vector<unsigned char> stored;
+  hsize_t begin[H5S_MAX_RANK] = {};
+  if (axis < rank) {
+    begin[axis] = at[axis] = from / side[axis] * side[axis];
+    sizes[axis] = std::min(sizes[axis], to);
+  }
   for (int k = rank - 1; k >= 0;) {
     unsigned skipped = 0;
     haddr_t address = HADDR_UNDEF;
@@ -83,7 +90,7 @@ bool chunks_are_whole(hid_t dataset, hid_t plist, hid_t type, hid_t space, hsize
     }
     for (k = rank - 1; k >= 0; --k) {  // the next chunk, row by row
       if ((at[k] += side[k]) < sizes[k]) break;
-      at[k] = 0;
+      at[k] = begin[k];
     }
   }
   return true;

@@ -15,6 +15,7 @@ struct Hdf5Visit {
   std::string problem = {};      ///< to be thrown when the library has returned
   hsize_t first = 0, count = 0;  ///< rows of the channels to be read; count 0: all
   hsize_t length = 0;            ///< of the channels, where rows are chosen
+  bool measures = false;         ///< nothing is read: `length` becomes that of the longest
 };
 
 /// The numbers of a dataset, or what it is instead, into the parcel; a failure into `problem`.

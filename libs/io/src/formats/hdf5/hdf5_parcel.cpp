@@ -30,6 +30,9 @@ void put(ParcelWriter& out, const NamedArray& a) {
   for (const Eigen::Index n : a.sizes) out.value(n);
   out.value(a.step);
   out.value(a.start);
+  out.text(a.integers);
+  out.value(a.part.has_value());
+  out.value(a.part.value_or(PartOfAxis{}));
 }
 void put(ParcelWriter& out, const std::string& text, Piece piece) {
   out.value(piece);
@@ -50,6 +53,10 @@ NamedArray take_array(ParcelReader& in) {
     throw Error("an array of an HDF5 file has other sizes than values");
   a.step = in.value<double>();
   a.start = in.value<double>();
+  a.integers = in.text();
+  const bool is_part = in.value<char>() != 0;
+  const auto part = in.value<PartOfAxis>();
+  if (is_part) a.part = part;
   return a;
 }
 

@@ -40,7 +40,10 @@ class UffReader {
       } else if (!is_delimiter(lines_.next())) {
         continue;  // text between blocks
       }
-      if (lines_.done()) break;
+      if (lines_.done()) {
+        warn(fmt::format("line {}: -1 begins a dataset, and the file ends: cut off?", lines_.line()));
+        break;
+      }
       read_block();
       follows_block = true;
     }

@@ -4,22 +4,6 @@
 #include <string>
 
 namespace whirl::io {
-namespace {
-
-void append(std::string_view rows, std::uint64_t count, std::uint32_t width, const DaqmxScaler& scaler,
-            std::string& out) {
-  for (std::uint64_t row = 0; row < count; ++row) {
-    const std::string_view number = rows.substr(row * width + scaler.byte, scaler.width());
-    if (scaler.bit < 0) {
-      out += number;
-    } else {
-      out += static_cast<char>((static_cast<unsigned char>(number[0]) >> scaler.bit) & 1);
-    }
-  }
-}
-
-}  // namespace
-
 std::optional<NumberType> daqmx_type(std::uint32_t code) {
   constexpr NumberType kTypes[] = {NumberType::uint8,   NumberType::int8,   NumberType::uint16, NumberType::int16,
                                    NumberType::uint32,  NumberType::int32,  NumberType::uint64, NumberType::int64,
@@ -28,7 +12,7 @@ std::optional<NumberType> daqmx_type(std::uint32_t code) {
   return kTypes[code];
 }
 
-std::optional<std::uint64_t> read_daqmx(std::string_view raw, const std::vector<DaqmxTarget>& targets,
+std::optional<std::uint64_t> read_daqmx(std::uint64_t at, std::uint64_t size, const std::vector<DaqmxTarget>& targets,
                                         std::string& wrong) {
   if (targets.empty()) return std::nullopt;
   const std::vector<std::uint32_t>& widths = targets.front().index->widths;
@@ -45,27 +29,33 @@ std::optional<std::uint64_t> read_daqmx(std::string_view raw, const std::vector<
   for (std::size_t b = 0; b < rows.size(); ++b) {
     start.push_back(chunk);
     // A count that no file holds must not overflow; the data end before it.
-    rows[b] = std::min<std::uint64_t>(rows[b], raw.size() + 1);
+    rows[b] = std::min<std::uint64_t>(rows[b], size + 1);
     chunk += rows[b] * widths[b];
   }
-  while (chunk > 0 && !raw.empty()) {
-    const bool cut = raw.size() < chunk;
-    std::uint64_t whole = raw.size();
-    for (std::size_t b = 0; cut && b < rows.size(); ++b) {
-      if (rows[b] > 0 && widths[b] > 0)
-        whole = std::min<std::uint64_t>(whole, raw.size() > start[b] ? (raw.size() - start[b]) / widths[b] : 0);
-    }
+  if (chunk == 0) return std::nullopt;
+  const auto append = [&](std::uint64_t from, std::uint64_t most, std::uint64_t chunks) {
     for (const DaqmxTarget& t : targets) {
-      const std::uint64_t own = std::min(t.index->rows, whole);
       for (std::size_t k = 0; k < t.to.size(); ++k) {
         const DaqmxScaler& s = t.index->scalers[k];
-        append(raw.substr(std::min<std::size_t>(raw.size(), start[s.buffer])), own, widths[s.buffer], s, *t.to[k]);
+        t.to[k]->add({.at = from + start[s.buffer],
+                      .rows = std::min(t.index->rows, most),
+                      .width = widths[s.buffer],
+                      .offset = s.byte,
+                      .stretches = chunks,
+                      .distance = chunk});
       }
     }
-    if (cut) return whole;
-    raw.remove_prefix(chunk);
+  };
+  append(at, size, size / chunk);
+  const std::uint64_t rest = size % chunk;
+  if (rest == 0) return std::nullopt;
+  std::uint64_t whole = rest;  // rows of the last chunk that stand in all buffers
+  for (std::size_t b = 0; b < rows.size(); ++b) {
+    if (rows[b] > 0 && widths[b] > 0)
+      whole = std::min<std::uint64_t>(whole, rest > start[b] ? (rest - start[b]) / widths[b] : 0);
   }
-  return std::nullopt;
+  append(at + size - rest, whole, 1);
+  return whole;
 }
 
 }  // namespace whirl::io

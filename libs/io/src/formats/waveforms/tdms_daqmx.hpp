@@ -2,10 +2,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "formats/arrays/bytes.hpp"
+#include "formats/parts/stored_numbers.hpp"
 
 namespace whirl::io {
 
@@ -34,12 +34,13 @@ std::optional<NumberType> daqmx_type(std::uint32_t code);
 /// A channel with data in a segment, and where the raw values of its scalers go, in their order.
 struct DaqmxTarget {
   const DaqmxIndex* index;
-  std::vector<std::string*> to;
+  std::vector<StoredNumbers*> to;
 };
 
-/// Appends the raw data of a segment, chunk after chunk, to the targets. Of a last chunk that is cut off the rows that
-/// stand in all buffers are kept, and their number is returned. `wrong` says what does not fit; nothing is read then.
-std::optional<std::uint64_t> read_daqmx(std::string_view raw, const std::vector<DaqmxTarget>& targets,
+/// Appends the places of the raw data of a segment, chunk after chunk, to the targets. Of a last chunk that is cut off
+/// the rows that stand in all buffers are kept, and their number is returned. `wrong` says what does not fit; nothing
+/// is taken then.
+std::optional<std::uint64_t> read_daqmx(std::uint64_t at, std::uint64_t size, const std::vector<DaqmxTarget>& targets,
                                         std::string& wrong);
 
 }  // namespace whirl::io

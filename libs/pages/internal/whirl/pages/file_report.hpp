@@ -22,6 +22,9 @@ struct FileReport {
 /// consequence is left out of the findings of `describe`.
 FileReport report_file(const io::SignalFile& file);
 
+/// Of a file that was read in parts: nothing but its description.
+FileReport report_of(io::FileInfo info);
+
 std::string to_text(const FileReport& report);
 /// whirl.info/2 (docs/formats.md).
 io::Json to_json(const FileReport& report);
