@@ -55,8 +55,7 @@ TARGETS = {
     "fmu_core": ("libs/deploy/c/fmi/fmu_core.c", None, ["libs/deploy/test/fmu_test.cpp", "libs/deploy/test/fmu_exchange_test.cpp"]),
     "fmu_state": ("libs/deploy/c/fmi/fmi_common.c", None,
                   ["libs/deploy/test/fmu_test.cpp", "libs/deploy/test/fmu_conformance_test.cpp"]),
-    "verdict_rules": ("libs/identify/src/evidence/verdict.cpp", None,
-                      ["libs/identify/test/held_out_verdict_test.cpp", "libs/identify/test/stated_meaning_test.cpp"]),
+    "verdict_rules": ("libs/identify/src/evidence/verdict.cpp", None, ["libs/identify/test/verdict_rules_test.cpp"]),
     "verdict_rotor": ("libs/identify/src/evidence/rotor_verdict.cpp", None,
                       ["libs/identify/test/rotor_identify_test.cpp", "libs/identify/test/ill_posed_test.cpp"]),
     "verdict_system": ("libs/identify/src/evidence/sindy_verdict.cpp", None,
@@ -102,8 +101,12 @@ PRECOMPILED = """#include <gtest/gtest.h>
 #include <thread>
 #include <vector>
 """
-SYSTEM = ["-lfmt", "-lfftw3", "-lcrypto", "-lz", "-lpugixml", "-ltomlplusplus", "-lsndfile", "-lzip", "-lpthread", "-ldl",
-          "-L/usr/lib/x86_64-linux-gnu/hdf5/serial", "-lhdf5"]
+
+def system_libraries(build):
+    """What the program links beside the libraries of the tree."""
+    ninja = (build / "build.ninja").read_text()
+    line = re.search(r"^build bin/whirl:.*?\n  LINK_LIBRARIES = ([^\n]*)", ninja, re.M | re.S).group(1)
+    return [word for word in line.split() if not re.search(r"libwhirl_\w+\.a$", word)] + ["-lpthread"]
 
 
 class Workshop:
@@ -120,7 +123,8 @@ class Workshop:
         self.libraries = [str(f) for f in sorted(build.glob("libs/*/libwhirl_*.a"))] + [str(build / "testing/libwhirl_testing.a")]
         self.guard = [str(f) for f in build.glob("**/whirl_alloc_guard.dir/**/alloc_guard.cpp.o")]
         (folder / "common.hpp").write_text(PRECOMPILED)
-        self.run([*self.flags, "-x", "c++-header", str(folder / "common.hpp"), "-o", str(folder / "common.hpp.gch")])
+        self.run([*self.flags, "-I/usr/include/eigen3", "-x", "c++-header", str(folder / "common.hpp"), "-o", str(folder / "common.hpp.gch")])
+        self.system = system_libraries(build)
         self.objects, self.beside, self.normal = {}, {}, {}
 
     @staticmethod
@@ -136,7 +140,7 @@ class Workshop:
     def link(self, objects, to, libraries=None):
         libraries = libraries or self.libraries
         command = ["g++", "-fuse-ld=gold", *objects, *self.guard, "-o", str(to), "-lgtest_main", "-lgtest", "-lgmock",
-                   "-Wl,--start-group", *libraries, "-Wl,--end-group", *SYSTEM]
+                   "-Wl,--start-group", *libraries, "-Wl,--end-group", *self.system]
         if self.guard:
             command.append("-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc,--wrap=posix_memalign")
         self.run(command)
@@ -187,7 +191,10 @@ class Workshop:
         file = place / pathlib.Path(path).name
         if path.endswith(".c"):
             file = place / "templates.cpp"
-            text = (self.build / "libs/deploy/templates.cpp").read_text().replace((ROOT / path).read_text(), text)
+            templates, template = (self.build / "libs/deploy/templates.cpp").read_text(), (ROOT / path).read_text()
+            if template not in templates:
+                raise RuntimeError(f"{path}: newer than the build")
+            text = templates.replace(template, text)
         file.write_text(text)
         return file
 

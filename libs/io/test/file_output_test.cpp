@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -19,6 +21,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/output.hpp"
+#include "whirl/io/temporary.hpp"
 
 namespace {
 
@@ -226,6 +229,10 @@ TEST_F(FileOutput, AnOpenDescriptorIsWrittenFromItsPlaceAndStaysOpen) {
   EXPECT_EQ(::write(open_file, "!", 1), 1);
   EXPECT_THROW(regular_target("/dev/fd/" + std::to_string(open_file)), Error);
   ::close(open_file);
+  const int other = ::open(at("other").c_str(), O_RDWR | O_CREAT, 0644);
+  EXPECT_NE(refusal("/dev/fd/" + std::to_string(other) + "x"), "") << "no number";
+  EXPECT_EQ(content(at("other")), "");
+  ::close(other);
   for (const char* none : {"/dev/fd/1048576", "/dev/fd/-1", "/dev/fd/", "/dev/fd/7x", "/dev/fd/999"})
     EXPECT_NE(refusal(none), "") << none;
   fs::create_symlink("/dev/fd/" + std::to_string(::dup(1)), at("link"));
@@ -273,6 +280,21 @@ TEST_F(FileOutput, ASinkThatIsNotClosedLeavesTheOldFile) {
   }
   EXPECT_EQ(content(at("a")), "old");
   EXPECT_THAT(names(), ElementsAre("a"));
+}
+
+// Before the process is gone: nobody may find half a file afterwards.
+TEST_F(FileOutput, ASignalRemovesWhatIsHalfWritten) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    clean_up_on_signals();
+    ByteSink sink(at("a"));
+    sink.write("half");
+    ::raise(names().size() == 1 ? SIGTERM : SIGKILL);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(names().empty());
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM);
 }
 
 TEST_F(FileOutput, ANameBesideThatIsTakenIsLeftAlone) {

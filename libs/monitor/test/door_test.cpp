@@ -1,6 +1,7 @@
 #include "door.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <memory>
 #include <string>
@@ -52,6 +53,22 @@ TEST(Door, APlaceThatIsGivenUpCountsNoMore) {
   EXPECT_EQ(street.door.size(), 0U);
   street.enter("one", "c");
   EXPECT_TRUE(street.closed.empty());
+}
+
+TEST(Door, HasAnEighthOfTheDescriptorsBetweenFourAndAHundredAndTwentyEight) {
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const auto most = [&](rlim_t descriptors) {
+    rlimit changed = before;
+    changed.rlim_cur = descriptors;
+    setrlimit(RLIMIT_NOFILE, &changed);
+    return most_unfinished();
+  };
+  const std::size_t few = most(16), some = most(400), many = most(before.rlim_max);
+  setrlimit(RLIMIT_NOFILE, &before);
+  EXPECT_EQ(few, 4U);
+  EXPECT_EQ(some, 50U);
+  EXPECT_EQ(many, before.rlim_max < 1024 ? before.rlim_max / 8 : 128U);
 }
 
 }  // namespace
