@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "program.hpp"
+#include "whirl/testing/compiled.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -44,6 +45,21 @@ TEST(HardeningE2e, TheProgramLoadsAnywhereAndItsTablesAreReadOnly) {
   EXPECT_TRUE(file.find("__memcpy_chk") != std::string::npos || file.find("__snprintf_chk") != std::string::npos ||
               file.find("__read_chk") != std::string::npos)
       << "fortified copies";
+}
+
+// The tool of Debian, and the flags that a package is built with.
+TEST(HardeningE2e, HardeningCheckFindsEveryGuardAndPackagesAskForAll) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a build for tests only";
+#endif
+  EXPECT_NE(slurp(source_dir() + "/debian/rules").find("\nexport DEB_BUILD_MAINT_OPTIONS = hardening=+all\n"),
+            std::string::npos);
+  if (!has_program("hardening-check")) GTEST_SKIP() << "hardening-check (devscripts) is not installed";
+  const auto check = shell(".", "LC_ALL=C hardening-check " + program());
+  for (const char* guard :
+       {"Position Independent Executable: yes", "Stack protected: yes", "Fortify Source functions: yes",
+        "Read-only relocations: yes", "Immediate binding: yes", "Stack clash protection: yes"})
+    EXPECT_NE(check.text.find(guard), std::string::npos) << guard << " in:\n" << check.text;
 }
 
 }  // namespace

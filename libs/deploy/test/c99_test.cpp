@@ -156,35 +156,6 @@ int main(void) {
   EXPECT_EQ(built.exit_code, 0) << built.text;
 }
 
-// docs/export.md lists the same rules.
-TEST(ControllerSourceExport, MisraCheckFindsOnlyTheListedDeviations) {
-  if (!testing::has_program("cppcheck")) GTEST_SKIP() << "cppcheck is not installed";
-  const testing::TemporaryFolder folder;
-  std::string files;
-  const std::pair<const char*, const char*> pairs[] = {
-      {"tsmc", "kfe"},          {"sta_implicit", "eso"}, {"pd_influence", "red_implicit"},
-      {"tsmc_implicit", "lpf"}, {"pid", "kfo"},          {"mpc", "kalman"}};
-  for (const auto& [law, estimator] : pairs) {
-    const ControllerCode code = controller_code(testing::design_of(law, estimator), {law, false, ""});
-    write_all(folder, {code.header, code.source});
-    files += " " + code.source.name;
-  }
-  const auto plain = testing::shell(folder.path(),
-                                    "cppcheck --quiet --std=c99 --enable=warning,style,performance,portability "
-                                    "--suppress=missingIncludeSystem --error-exitcode=1" +
-                                        files);
-  EXPECT_EQ(plain.exit_code, 0) << plain.text;
-  const auto misra = testing::shell(folder.path(), "cppcheck --quiet --std=c99 --addon=misra" + files);
-  if (misra.text.find("Did not find addon") != std::string::npos) GTEST_SKIP() << "the MISRA addon is not installed";
-  const std::regex rule("misra-c2012-([0-9.]+)");
-  std::set<std::string> found;
-  for (std::sregex_iterator it(misra.text.begin(), misra.text.end(), rule), none; it != none; ++it)
-    found.insert((*it)[1]);
-  EXPECT_TRUE(found.contains("15.5")) << "the check did not run: " << misra.text;
-  for (const char* listed : {"8.7", "15.5"}) found.erase(listed);
-  EXPECT_TRUE(found.empty()) << misra.text;
-}
-
 // Another processor: the self-test of both precisions under an emulator.
 TEST(ControllerSourceExport, SelfTestPassesOnAarch64) {
   if (!testing::has_program("aarch64-linux-gnu-gcc") || !testing::has_program("qemu-aarch64")) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <pugixml.hpp>
 #include <sstream>
 
 #include "whirl/core/error.hpp"
@@ -14,6 +13,7 @@
 #include "whirl/report/document.hpp"
 #include "whirl/testing/compiled.hpp"
 #include "whirl/testing/designs.hpp"
+#include "whirl/testing/tokens.hpp"
 
 // What stands in a result file came from somebody: whatever it says, it is refused or the source made of it has the
 // tokens that it has with harmless text.
@@ -118,87 +118,11 @@ const std::vector<std::pair<const char*, Place>>& places() {
   return all;
 }
 
-/// The text without comments and with every string empty. `line` and `open` begin comments.
-std::string code_of(std::string_view text, std::string_view line, std::string_view open, std::string_view quotes) {
-  std::string out;
-  while (!text.empty()) {
-    const auto starts = [&](std::string_view with) { return !with.empty() && text.starts_with(with); };
-    const auto skip_to = [&](std::string_view end, bool keep) {
-      const std::size_t at = text.find(end);
-      text.remove_prefix(at == text.npos ? text.size() : at + (keep ? 0 : end.size()));
-    };
-    if (starts(line)) {
-      skip_to("\n", true);
-    } else if (starts(open)) {
-      text.remove_prefix(2);
-      skip_to("*/", false);
-    } else if (quotes.find(text.front()) != quotes.npos) {
-      const std::string end = text.starts_with("\"\"\"") ? "\"\"\"" : std::string(1, text.front());
-      text.remove_prefix(end.size());
-      while (!text.empty() && !text.starts_with(end)) text.remove_prefix(text.front() == '\\' ? 2 : 1);
-      text.remove_prefix(std::min(end.size(), text.size()));
-      out += "\"\"";
-    } else {
-      out += text.front();
-      text.remove_prefix(1);
-    }
-  }
-  return out;
-}
-
-/// Control sequences and special characters of LaTeX that act.
-std::string acting(std::string_view text) {
-  std::string out;
-  text.remove_prefix(std::min(text.find("\\begin"), text.size()));  // after the comment
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '\\') {
-      std::size_t end = i + 1;
-      while (end < text.size() && std::isalpha(static_cast<unsigned char>(text[end])) != 0) ++end;
-      const std::string word(text.substr(i, std::max(end, i + 2) - i));
-      i += word.size() - 1;
-      constexpr std::string_view kText[] = {"\\_", "\\%", "\\&", "\\#", "\\$", "\\{", "\\}"};
-      if (std::find(std::begin(kText), std::end(kText), word) != std::end(kText)) continue;
-      if (word == "\\textbackslash" || word == "\\^" || word == "\\~") {
-        i += 2;  // {}
-        continue;
-      }
-      out += word;
-    } else if (std::string_view("{}&#%~^").find(text[i]) != std::string_view::npos) {
-      out += text[i];
-    }
-  }
-  return out;
-}
-
-/// Elements and the names of their attributes; another unit has others of its own.
-std::string structure(const pugi::xml_node& node) {
-  std::string out = node.name();
-  for (const pugi::xml_attribute& a : node.attributes()) {
-    if (a.name() != std::string_view("unit")) out += std::string(" ") + a.name();
-  }
-  for (const pugi::xml_node& child : node.children()) {
-    if (child.name() != std::string_view("UnitDefinitions")) out += "\n(" + structure(child) + ")";
-  }
-  return out;
-}
-
-std::string skeleton(const SourceFile& file) {
-  const std::string& name = file.name;
-  if (name.ends_with(".c") || name.ends_with(".h")) return code_of(file.text, "//", "/*", "\"'");
-  if (name.ends_with(".py")) return code_of(file.text, "#", "", "\"'");
-  if (name.ends_with(".m")) return code_of(file.text, "%", "", "\"");
-  if (name.ends_with(".mo")) return code_of(file.text, "//", "/*", "\"");
-  if (name.ends_with(".tex")) return acting(file.text);
-  if (!name.ends_with(".xml")) return file.text;
-  pugi::xml_document xml;
-  return xml.load_string(file.text.c_str()) ? structure(xml) : "damaged";
-}
-
 /// Every file of every form: its name and its tokens.
 std::vector<std::pair<std::string, std::string>> all_forms(const IdentifiedModel& model, const CodeOptions& options) {
   std::vector<std::pair<std::string, std::string>> out;
   const auto add = [&](const std::string& form, const std::vector<SourceFile>& files) {
-    for (const SourceFile& f : files) out.emplace_back(form + " " + f.name, skeleton(f));
+    for (const SourceFile& f : files) out.emplace_back(form + " " + f.name, testing::tokens(f.name, f.text));
   };
   for (const char* form : {"c", "latex", "matlab", "python", "sfunction", "modelica"})
     add(form, source_files(model, form, options));
@@ -278,7 +202,8 @@ TEST(HostileTextExport, ControllersNameTheirOriginInAComment) {
   const auto all = [&](const std::string& origin) {
     std::vector<std::string> out;
     for (const char* form : {"c", "latex", "matlab", "python", "sfunction"}) {
-      for (const SourceFile& f : source_files(design, form, {"drive", false, origin})) out.push_back(skeleton(f));
+      for (const SourceFile& f : source_files(design, form, {"drive", false, origin}))
+        out.push_back(testing::tokens(f.name, f.text));
     }
     return out;
   };

@@ -59,6 +59,7 @@ static void visit_fields(Io& io, Visitor&& visit) {
   visit("safety.release_ms", io.release, kMs);
   visit("board.driver", io.driver, 1.0);
   visit("board.address", io.address, 1.0);
+  visit("board.key_file", io.key_file, 1.0);
   visit("board.library", io.vendor.library, 1.0);
   visit("board.card", io.vendor.card, 1.0);
   visit("board.device", io.vendor.device, 1.0);
@@ -143,7 +144,10 @@ std::unique_ptr<rt::Board> IoSettings::board() const {
   o.watchdog = watchdog;
   if (driver == "comedi") return std::make_unique<rt::ComediBoard>(o);
   if (driver == "quanser") return std::make_unique<rt::QuanserBoard>(o);
-  return std::make_unique<rt::UdpBoard>(address);
+  if (key_file.empty()) return std::make_unique<rt::UdpBoard>(address);
+  // `/` keeps an absolute path as it is.
+  return std::make_unique<rt::UdpBoard>(address,
+                                        rt::board::read_key(std::filesystem::path(source).parent_path() / key_file));
 }
 
 static void check_iio(const IoSettings& io) {
@@ -216,6 +220,8 @@ IoSettings read_io(const std::filesystem::path& path) {
       require_range("board.counts", std::abs(io.vendor.counts), 1, 1e7);
       require_range("board.tracking_hz", io.vendor.bandwidth, 0.1, 0.1 * io.rate, "Hz");
     }
+    if (io.driver != "udp" && !io.key_file.empty())
+      throw Error::in_field("board.key_file", io.key_file, "left out: only the driver \"udp\" has a key");
     if (io.driver == "iio") check_iio(io);
     check_tacho(io);
     require_range("safety.release_ms", 1e3 * io.release, 0, 6e4, "ms");

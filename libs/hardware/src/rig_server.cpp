@@ -1,18 +1,14 @@
 #include "whirl/hardware/rig_server.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
-#include <netinet/in.h>
 #include <poll.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 
 #include "whirl/core/error.hpp"
+#include "whirl/hardware/board_socket.hpp"
 #include "whirl/io/settings.hpp"
 #include "whirl/rig/segments.hpp"
 #include "whirl/rt/realtime.hpp"
@@ -114,36 +110,20 @@ RigServer::RigServer(const ServeOptions& options)
       rig_(fine_, frame_by_frame(options.run, ratio_)),
       rest_tables_(rig::make_rig_tables(at_rest(fine_))),
       scale_(options.rig.laser.range),
+      socket_(std::make_unique<BoardSocket>(options.address, options.key_file)),
       standby_(options.run.seed) {
-  const rt::board::Address a = rt::board::parse_address(options.address);
-  // The protocol has no key, and the lasers are terminals of this machine: nobody beyond it has a use for the port.
-  if (!a.host.starts_with("127.")) {
-    throw Error::in_field(
-        "board address", options.address,
-        "an address of this machine alone, 127.0.0.1:PORT: whoever reaches the port may start the run");
-  }
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_port = htons(static_cast<std::uint16_t>(a.port));
-  ::inet_pton(AF_INET, a.host.c_str(), &at.sin_addr);
-  socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  socklen_t size = sizeof at;
-  if (socket_ < 0 || ::bind(socket_, reinterpret_cast<sockaddr*>(&at), sizeof at) != 0 ||
-      ::getsockname(socket_, reinterpret_cast<sockaddr*>(&at), &size) != 0) {
-    const int reason = errno;
-    if (socket_ >= 0) ::close(socket_);
-    throw Error(fmt::format("board at {}: {}", options.address, std::strerror(reason)));
-  }
-  address_ = fmt::format("{}:{}", a.host, ntohs(at.sin_port));
   for (Axis& axis : axes_) axis.line.only_rate = options.rig.laser.rate;
 }
 
-RigServer::~RigServer() { ::close(socket_); }
+RigServer::~RigServer() = default;
+
+long RigServer::refused() const { return socket_->refused(); }
 
 IoSettings RigServer::io() const {
   IoSettings io;
   io.rate = options_.rig.timing.rate;
-  io.address = address_;
+  io.address = socket_->address();
+  if (!options_.key_file.empty()) io.key_file = std::filesystem::absolute(options_.key_file).string();
   io.safety.displacement = displacement_limit(options_.rig);
   io.hardware.grace = 0.5 / io.rate;
   if (options_.lockstep) io.clock = "lockstep", io.hardware.grace = kLockstepGrace, io.watchdog = 1;
@@ -185,27 +165,12 @@ std::uint32_t RigServer::raw(double displacement, bool valid, int axis) const {
 }
 
 void RigServer::receive() {
-  std::array<std::byte, rt::board::kCommandSize + 1> bytes;
-  sockaddr_in from{};
-  socklen_t size = sizeof from;
-  for (ssize_t n;
-       (n = ::recvfrom(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&from), &size)) >= 0;
-       size = sizeof from) {
-    const auto c = rt::board::decode_command(std::span(bytes).first(static_cast<std::size_t>(n)));
-    if (!c) continue;
-    const auto* address = reinterpret_cast<const std::byte*>(&from);
-    const std::vector<std::byte> sender(address, address + size);
-    const bool same = sender == peer_;
-    // One commander at a time; another may take over when the first has fallen silent.
-    if (!same && !peer_.empty() && !expired_) continue;
-    if (same && static_cast<std::int32_t>(c->number - last_number_) <= 0) continue;
-    if (!same) locked_ = false, lockstep_lost_ = lockstep_lost_ && started_;
-    peer_ = sender;
+  while (const auto heard = socket_->receive(expired_)) {
+    if (!heard->same) locked_ = false, lockstep_lost_ = lockstep_lost_ && started_;
+    command_ = heard->numbered.command;
+    last_answers_ = command_.answers;
     // It sees the ticks: from now on each one waits for it.
-    locked_ = locked_ || (options_.lockstep && same && c->command.answers != 0);
-    last_number_ = c->number;
-    last_answers_ = c->command.answers;
-    command_ = c->command;
+    locked_ = locked_ || (options_.lockstep && heard->same && last_answers_ != 0);
     silent_ = 0;
     ++commands_;
     if (!command_.armed) expired_ = false;
@@ -221,7 +186,7 @@ void RigServer::wait_for_command() {
     for (Axis& a : axes_) a.line.answer(), a.line.flush();
     receive();
     if (heard ? static_cast<std::int32_t>(last_answers_ - board_tick_) >= 0 : commands_ > before) return;
-    pollfd p{socket_, POLLIN, 0};
+    pollfd p{socket_->descriptor(), POLLIN, 0};
     ::poll(&p, 1, 10);
   }
   lockstep_lost_ = true;
@@ -250,7 +215,7 @@ void RigServer::measure(int sub) {
 }
 
 void RigServer::send_reading() {
-  if (peer_.empty() || active(LineFault::board_silent, 0) || active(LineFault::gap, 0)) return;
+  if (!socket_->commanded() || active(LineFault::board_silent, 0) || active(LineFault::gap, 0)) return;
   const Measurement m = machine().read();
   rt::BoardReading r;
   r.tick = board_tick_;
@@ -264,10 +229,7 @@ void RigServer::send_reading() {
   r.expired = expired_;
   r.done = rig_.done();
   r.session = static_cast<std::uint16_t>(::getpid() % 65535 + 1);
-  std::array<std::byte, rt::board::kReadingSize> bytes;
-  rt::board::encode(r, bytes);
-  (void)!::sendto(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(peer_.data()),
-                  static_cast<socklen_t>(peer_.size()));
+  socket_->send(r);
 }
 
 void RigServer::tick() {
@@ -286,7 +248,7 @@ void RigServer::tick() {
     for (Axis& a : axes_) a.line.answer();
     receive();
   }
-  if (!peer_.empty() && static_cast<double>(++silent_) * period > options_.watchdog && !expired_) {
+  if (socket_->commanded() && static_cast<double>(++silent_) * period > options_.watchdog && !expired_) {
     expired_ = true;
     if (command_.armed) ++expired_count_;
   }

@@ -215,5 +215,13 @@ TEST(Json, TextWithBadEncodingIsStillWrittenAsValidJson) {
   EXPECT_NO_THROW(parse_json(text, "x"));
 }
 
+TEST(Json, LettersStayWhatTheyAre) {
+  EXPECT_EQ(Json(std::string("\xC2\xB5m, Pr\xC3\xBC"
+                             "fstand"))
+                .dump(),
+            "\"\xC2\xB5m, Pr\xC3\xBC"
+            "fstand\"");
+}
+
 }  // namespace
 }  // namespace whirl::io

@@ -80,4 +80,8 @@ LagrangeFile load(const io::Settings& settings) {
 
 LagrangeFile read_lagrange_file(const std::filesystem::path& path) { return load(io::read_settings(path)); }
 
+LagrangeFile parse_lagrange_file(std::string_view text, std::string_view name) {
+  return load(io::parse_settings(text, name));
+}
+
 }  // namespace whirl::lagrange

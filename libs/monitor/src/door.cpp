@@ -5,16 +5,18 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <map>
+#include <string_view>
 #include <utility>
 
 namespace whirl::monitor {
 
 Door::~Door() { release(); }
 
-std::shared_ptr<Door::Place> Door::enter(std::function<void()> close) {
-  while (places_.size() >= most_ && close_oldest()) {
+std::shared_ptr<Door::Place> Door::enter(std::function<void()> close, std::string address) {
+  while (places_.size() >= most_ && close_one()) {
   }
-  std::shared_ptr<Place> place(new Place{std::move(close)}, [this](Place* p) {
+  std::shared_ptr<Place> place(new Place{std::move(close), std::move(address)}, [this](Place* p) {
     places_.remove(p);
     delete p;
   });
@@ -22,12 +24,16 @@ std::shared_ptr<Door::Place> Door::enter(std::function<void()> close) {
   return place;
 }
 
-bool Door::close_oldest() {
+bool Door::close_one() {
   if (places_.empty()) return false;
-  auto silent = std::find_if(places_.begin(), places_.end(), [](const Place* p) { return !p->asked; });
-  if (silent == places_.end()) silent = places_.begin();
-  const auto close = std::exchange((*silent)->close, nullptr);
-  places_.erase(silent);
+  std::map<std::string_view, std::size_t> held;
+  for (const Place* p : places_) ++held[p->address];
+  // Who holds most, then who has not asked, then who came first.
+  const auto rank = [&](const Place* p) { return std::pair(held[p->address], !p->asked); };
+  const auto one = std::max_element(places_.begin(), places_.end(),
+                                    [&](const Place* a, const Place* b) { return rank(a) < rank(b); });
+  const auto close = std::exchange((*one)->close, nullptr);
+  places_.erase(one);
   close();
   return true;
 }

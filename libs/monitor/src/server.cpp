@@ -2,11 +2,9 @@
 #include "whirl/monitor/server.hpp"
 
 #include <fmt/format.h>
-#include <poll.h>
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -18,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "door.hpp"
+#include "entrance.hpp"
 #include "page.hpp"
 #include "upload.hpp"
 #include "whirl/core/error.hpp"
@@ -33,7 +31,6 @@ namespace asio = boost::asio;
 using tcp = asio::ip::tcp;
 using json = nlohmann::json;
 using std::chrono_literals::operator""s;
-using std::chrono_literals::operator""ms;
 
 constexpr std::size_t kMaxRequest = 4096;     ///< bytes of one message of a client
 constexpr std::uint64_t kLargestBody = 1024;  ///< bytes, of a request for the page
@@ -41,7 +38,6 @@ constexpr int kSendBuffer = 1 << 18;          ///< bytes
 constexpr std::size_t kHolders = 8;           ///< clients with the token, beside the viewers
 constexpr auto kRefusalEvery = 60s;           ///< a line at most about refused commands
 constexpr auto kWholeRequest = 5s;            ///< a request has come until then
-constexpr auto kAgain = 20ms;                 ///< until connections are taken again after the system refused one
 
 /// Beast of this age has its own string view.
 std::string_view plain(beast::string_view text) { return {text.data(), text.size()}; }
@@ -70,7 +66,7 @@ class StreamSession;
 
 /// What all sessions share.
 struct Service {
-  Service(Hub& h, const ServerOptions& o) : hub(h), options(o), acceptor(context) {}
+  Service(Hub& h, const ServerOptions& o);
 
   Hub& hub;
   ServerOptions options;
@@ -84,8 +80,7 @@ struct Service {
   Uploads uploads{hub, context, options.largest_file};
   Door door{most_unfinished()};
   asio::io_context context{1};  ///< destroyed before what its handlers use
-  tcp::acceptor acceptor;
-  asio::steady_timer again{context};
+  Entrance entrance;
   std::thread thread;
 
   bool host_allowed(std::string_view host) const {
@@ -115,7 +110,6 @@ struct Service {
                            refused == 1 ? "a command" : fmt::format("{} commands", refused)));
     refused = 0;
   }
-  void accept(bool exhausted_before = false);
   bool make_room();
 };
 
@@ -150,10 +144,11 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
 class PageSession : public std::enable_shared_from_this<PageSession> {
  public:
   PageSession(tcp::socket&& socket, Service& server) : server_(server), stream_(std::move(socket)) {
-    place_ = server_.door.enter([this] {
+    const auto close = [this] {
       beast::error_code ignored;
       stream_.socket().close(ignored);
-    });
+    };
+    place_ = server_.door.enter(close, counted_address(stream_.socket()));
   }
   void read() {
     place_->asked = false;
@@ -372,30 +367,10 @@ bool Service::make_room() {
   return true;
 }
 
-void Service::accept(bool exhausted_before) {
-  if (!exhausted_before) door.reserve();
-  acceptor.async_accept([this](beast::error_code failed, tcp::socket socket) {
-    if (!acceptor.is_open()) return;
-    if (!failed) std::make_shared<PageSession>(std::move(socket), *this)->read();
-    const bool exhausted =
-        failed == asio::error::no_descriptors || failed == beast::errc::too_many_files_open_in_system;
-    if (!exhausted) return accept();
-    // Without a descriptor the system says so also when nobody waits.
-    pollfd waiting{acceptor.native_handle(), POLLIN, 0};
-    if (::poll(&waiting, 1, 0) <= 0) {
-      acceptor.async_wait(tcp::acceptor::wait_read, [this](beast::error_code ended) {
-        if (!ended && acceptor.is_open()) accept(true);
-      });
-      return;
-    }
-    // Who waits longest goes, and failing that the descriptor kept for this moment.
-    if (door.close_oldest() || door.release()) return accept(true);
-    again.expires_after(kAgain);
-    again.async_wait([this](beast::error_code ended) {
-      if (!ended && acceptor.is_open()) accept();
-    });
-  });
-}
+Service::Service(Hub& h, const ServerOptions& o)
+    : hub(h), options(o), entrance(context, door, [this](tcp::socket&& socket) {
+        std::make_shared<PageSession>(std::move(socket), *this)->read();
+      }) {}
 
 }  // namespace
 
@@ -408,7 +383,7 @@ Server::Server(Hub& hub, const ServerOptions& options) : impl_(std::make_unique<
   const auto address = asio::ip::make_address(options.address, failed);
   if (failed) throw Error::in_field("address", options.address, "an IP address such as 127.0.0.1");
   const tcp::endpoint endpoint(address, options.port);
-  auto& acceptor = impl_->acceptor;
+  auto& acceptor = impl_->entrance.acceptor;
   acceptor.open(endpoint.protocol(), failed);
   if (!failed) acceptor.set_option(tcp::acceptor::reuse_address(true), failed);
   if (!failed) acceptor.bind(endpoint, failed);
@@ -421,7 +396,7 @@ Server::~Server() { stop(); }
 
 void Server::start() {
   if (impl_->thread.joinable()) return;
-  impl_->accept();
+  impl_->entrance.accept();
   impl_->thread = std::thread([this] { impl_->context.run(); });
 }
 
@@ -429,7 +404,7 @@ void Server::stop() {
   if (!impl_->thread.joinable()) return;
   asio::post(impl_->context, [this] {
     beast::error_code ignored;
-    impl_->acceptor.close(ignored);
+    impl_->entrance.acceptor.close(ignored);
     impl_->context.stop();
   });
   impl_->thread.join();

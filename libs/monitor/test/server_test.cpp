@@ -250,6 +250,26 @@ TEST_F(MonitorServer, SilentConnectionsMakeRoomForAPersonWhoAsks) {
   setrlimit(RLIMIT_NOFILE, &before);
 }
 
+// Half a request of a slow person stays, whatever another address opens.
+TEST_F(MonitorServer, AStormOfOneAddressClosesNobodyElsesConnection) {
+  tcp::socket slow = connect();
+  const std::string whole = "GET / HTTP/1.1\r\nHost: " + host() + "\r\n\r\n";
+  asio::write(slow, asio::buffer(whole.data(), 10));
+  std::vector<tcp::socket> storm;
+  for (int i = 0; i < 300; ++i) {
+    storm.emplace_back(context_, tcp::endpoint(asio::ip::make_address("127.0.0.2"), 0));
+    storm.back().connect({asio::ip::make_address("127.0.0.1"), server_.port()});
+  }
+  EXPECT_EQ(request(http::verb::get, "/", host()).result(), http::status::ok) << "so that the storm has been taken";
+  beast::error_code failed;
+  asio::write(slow, asio::buffer(whole.data() + 10, whole.size() - 10), failed);
+  beast::flat_buffer buffer;
+  http::response<http::string_body> answer;
+  http::read(slow, buffer, answer, failed);
+  EXPECT_FALSE(failed) << failed.message();
+  EXPECT_EQ(answer.result(), http::status::ok);
+}
+
 // The process has no descriptor left: the one kept for it takes the next connection.
 TEST_F(MonitorServer, AReservedDescriptorServesWhenThereIsNoOther) {
   EXPECT_EQ(request(http::verb::get, "/", host()).result(), http::status::ok);

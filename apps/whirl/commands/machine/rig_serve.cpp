@@ -12,6 +12,15 @@
 
 namespace whirl::app {
 
+static io::Json result_of(const hardware::RigServer& server, const tuning::ClosedLoopMetrics& m) {
+  io::Json json = pages::to_json(m);
+  json.set("ticks", server.ticks_done())
+      .set("commands", server.commands())
+      .set("watchdog_expired", server.expired())
+      .set("refused", server.refused());
+  return json.set("radial_peak", m.radial_peak).set("slipped", server.slipped());
+}
+
 void add_rig_serve(CommandLine& rig, Session& session) {
   struct Options {
     std::string rig, faults, io = "io.toml", log;
@@ -61,14 +70,11 @@ void add_rig_serve(CommandLine& rig, Session& session) {
             "{} ticks, {} commands, outputs set to zero by the watchdog {} times, force {:.2f} N rms; the rig "
             "itself was late by {:.3f} s in all, which its time stood still",
             server.ticks_done(), server.commands(), server.expired(), m.force_rms, server.slipped()));
-        io::Json json = pages::to_json(m);
-        json.set("ticks", server.ticks_done())
-            .set("commands", server.commands())
-            .set("watchdog_expired", server.expired());
-        json.set("radial_peak", m.radial_peak).set("slipped", server.slipped());
-        session.result(json);
+        session.result(result_of(server, m));
         Summary summary;
         if (!server.started()) summary.fail("nobody started the run");
+        if (server.refused() > 0)
+          session.say(fmt::format("{} datagrams without the right key were ignored", server.refused()));
         // A loop that left before the end is judged by its own end.
         if (server.commands() > 0 && server.expired() == 0 && !m.stable) summary.fail(m.verdict.text());
         session.finish(summary);
@@ -80,8 +86,12 @@ void add_rig_serve(CommandLine& rig, Session& session) {
   sub->add_option("--seed", o->serve.run.seed, "of the sensor noise");
   sub->add_option("--faults", o->faults, "scripted faults (TOML)")->input();
   sub->add_option("--io", o->io, "settings file to write")->output("settings")->show_default();
-  sub->add_option("--address", o->serve.address, "of the board, on this machine (127.x.x.x); port 0: any free one")
+  sub->add_option("--address", o->serve.address,
+                  "of the board; without --board-key on this machine (127.x.x.x); port 0: any free one")
       ->show_default();
+  sub->add_option("--board-key", o->serve.key_file,
+                  "file (mode 0600) with the key of the board: datagrams without it are ignored")
+      ->input();
   sub->add_option("--watchdog-ms", o->watchdog_ms, "silence after which the outputs go to zero")
       ->range(1, 1e4)
       ->show_default();

@@ -98,7 +98,7 @@ EXPORTED fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[
   size_t i;
   for (i = 0; i < n; i++) {
 #if HAS_CONTROLLER
-    if ((c != NULL) && (vr != NULL) && (value != NULL) && (vr[i] >= FIRST_INTEGER) && (vr[i] < FIRST_INTEGER + INTEGERS)) {
+    if ((c != NULL) && (vr != NULL) && (value != NULL) && (vr[i] >= FIRST_INTEGER) && (vr[i] < (FIRST_INTEGER + INTEGERS))) {
       value[i] = body_of(c)->integer[vr[i] - FIRST_INTEGER];
       continue;
     }
@@ -120,7 +120,7 @@ EXPORTED fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[
   size_t i;
   for (i = 0; i < n; i++) {
 #if HAS_CONTROLLER
-    if ((c != NULL) && (vr != NULL) && (value != NULL) && (vr[i] >= FIRST_BOOLEAN) && (vr[i] < FIRST_BOOLEAN + BOOLEANS)) {
+    if ((c != NULL) && (vr != NULL) && (value != NULL) && (vr[i] >= FIRST_BOOLEAN) && (vr[i] < (FIRST_BOOLEAN + BOOLEANS))) {
       value[i] = body_of(c)->boolean[vr[i] - FIRST_BOOLEAN];
       continue;
     }
@@ -256,7 +256,7 @@ EXPORTED fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) 
     return refuse(c, "fmi2NewDiscreteStates outside the event mode");
   }
   update(it);
-  memset(info, 0, sizeof *info);
+  (void)memset(info, 0, sizeof *info);
   return fmi2OK;
 }
 

@@ -131,7 +131,7 @@ EXPORTED fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference vr[], 
   }
   for (i = 0; i < n; i++) {
 #if HAS_CONTROLLER
-    if ((vr[i] >= FIRST_INTEGER) && (vr[i] < FIRST_INTEGER + INTEGERS)) {
+    if ((vr[i] >= FIRST_INTEGER) && (vr[i] < (FIRST_INTEGER + INTEGERS))) {
       value[i] = body_of(c)->integer[vr[i] - FIRST_INTEGER];
       continue;
     }
@@ -151,7 +151,7 @@ EXPORTED fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference vr[]
   }
   for (i = 0; i < n; i++) {
 #if HAS_CONTROLLER
-    if ((vr[i] >= FIRST_BOOLEAN) && (vr[i] < FIRST_BOOLEAN + BOOLEANS)) {
+    if ((vr[i] >= FIRST_BOOLEAN) && (vr[i] < (FIRST_BOOLEAN + BOOLEANS))) {
       value[i] = (body_of(c)->boolean[vr[i] - FIRST_BOOLEAN] != 0);
       continue;
     }

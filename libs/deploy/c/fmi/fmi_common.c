@@ -57,7 +57,7 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/Get/*@State@*/(void *c, /*@fmi@*//*@State@*/ *
   if (*state == NULL) {
     return refuse(c, "no memory for the state");
   }
-  memcpy(*state, body_of(c), sizeof(instance));
+  (void)memcpy(*state, body_of(c), sizeof(instance));
   return /*@fmi@*/OK;
 }
 
@@ -65,7 +65,7 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/Set/*@State@*/(void *c, /*@fmi@*//*@State@*/ s
   if ((c == NULL) || (state == NULL)) {
     return /*@fmi@*/Error;
   }
-  memcpy(body_of(c), state, sizeof(instance));
+  (void)memcpy(body_of(c), state, sizeof(instance));
   return /*@fmi@*/OK;
 }
 
@@ -94,8 +94,8 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/Serialize/*@State@*/(void *c, /*@fmi@*//*@Stat
     return refuse(c, "the buffer is too small for the state");
   }
   sum = checksum((const unsigned char *)state, sizeof(instance));
-  memcpy(bytes, state, sizeof(instance));
-  memcpy(&bytes[sizeof(instance)], &sum, sizeof sum);
+  (void)memcpy(bytes, state, sizeof(instance));
+  (void)memcpy(&bytes[sizeof(instance)], &sum, sizeof sum);
   return /*@fmi@*/OK;
 }
 
@@ -104,12 +104,12 @@ EXPORTED /*@fmi@*/Status /*@fmi@*//*@Deserialize@*//*@State@*/(void *c, const /*
   if ((c == NULL) || (bytes == NULL) || (size != sizeof(instance) + sizeof sum)) {
     return refuse(c, "these bytes are no state of this FMU");
   }
-  memcpy(&sum, &bytes[sizeof(instance)], sizeof sum);
+  (void)memcpy(&sum, &bytes[sizeof(instance)], sizeof sum);
   if ((checksum((const unsigned char *)bytes, sizeof(instance)) != sum) ||
       (/*@fmi@*/Get/*@State@*/(c, state) != /*@fmi@*/OK)) {
     return refuse(c, "these bytes are no state of this FMU");
   }
-  memcpy(*state, bytes, sizeof(instance));
+  (void)memcpy(*state, bytes, sizeof(instance));
   return /*@fmi@*/OK;
 }
 #if HAS_PLANT
@@ -177,7 +177,7 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/SetContinuousStates(void *c, const double x[],
       return refuse(c, "a state is not a finite number");
     }
   }
-  memcpy(body_of(c)->x, x, n * sizeof x[0]);
+  (void)memcpy(body_of(c)->x, x, n * sizeof x[0]);
   body_of(c)->changed = true;
   return /*@fmi@*/OK;
 }
@@ -189,7 +189,7 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/GetContinuousStates(void *c, double x[], size_
   if ((n != STATES) || (x == NULL)) {
     return refuse(c, "wrong number of states");
   }
-  memcpy(x, body_of(c)->x, n * sizeof x[0]);
+  (void)memcpy(x, body_of(c)->x, n * sizeof x[0]);
   return /*@fmi@*/OK;
 }
 
@@ -202,7 +202,7 @@ EXPORTED /*@fmi@*/Status /*@fmi@*//*@Derivatives@*/(void *c, double rates[], siz
     return refuse(c, "wrong number of states");
   }
   update(body_of(c));
-  memcpy(rates, body_of(c)->rate, n * sizeof rates[0]);
+  (void)memcpy(rates, body_of(c)->rate, n * sizeof rates[0]);
   for (i = 0; i < n; i++) {
     if (!isfinite(rates[i])) {
       return /*@fmi@*/Discard; /* a smaller step may do */
@@ -220,7 +220,7 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/GetEventIndicators(void *c, double indicators[
     return refuse(c, "wrong number of event indicators");
   }
   update(body_of(c));
-  memcpy(indicators, body_of(c)->event, n * sizeof indicators[0]);
+  (void)memcpy(indicators, body_of(c)->event, n * sizeof indicators[0]);
   return /*@fmi@*/OK;
 #else
   (void)indicators;
@@ -236,7 +236,7 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/GetNominalsOfContinuousStates(void *c, double 
   if ((n != STATES) || (nominal == NULL)) {
     return refuse(c, "wrong number of states");
   }
-  memcpy(nominal, sizes, n * sizeof sizes[0]);
+  (void)memcpy(nominal, sizes, n * sizeof sizes[0]);
   return /*@fmi@*/OK;
 }
 #endif

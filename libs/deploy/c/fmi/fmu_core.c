@@ -57,23 +57,23 @@ static double *real_variable(instance *c, unsigned int reference) {
   if (reference == TIME) {
     return &c->time;
   }
-  if (reference < FIRST_INPUT + INPUTS) {
+  if (reference < (FIRST_INPUT + INPUTS)) {
     return &c->input[reference - FIRST_INPUT];
   }
 #if HAS_PLANT
-  if ((reference >= FIRST_STATE) && (reference < FIRST_STATE + STATES)) {
+  if ((reference >= FIRST_STATE) && (reference < (FIRST_STATE + STATES))) {
     return &c->x[reference - FIRST_STATE];
   }
-  if ((reference >= FIRST_RATE) && (reference < FIRST_RATE + STATES)) {
+  if ((reference >= FIRST_RATE) && (reference < (FIRST_RATE + STATES))) {
     return &c->rate[reference - FIRST_RATE];
   }
 #endif
 #if HAS_EVENTS
-  if ((reference >= FIRST_EVENT) && (reference < FIRST_EVENT + EVENTS)) {
+  if ((reference >= FIRST_EVENT) && (reference < (FIRST_EVENT + EVENTS))) {
     return &c->event[reference - FIRST_EVENT];
   }
 #endif
-  if ((reference >= FIRST_OUTPUT) && (reference < FIRST_OUTPUT + OUTPUTS)) {
+  if ((reference >= FIRST_OUTPUT) && (reference < (FIRST_OUTPUT + OUTPUTS))) {
     return &c->output[reference - FIRST_OUTPUT];
   }
   return parameter(c, reference);
@@ -86,23 +86,23 @@ static bool settable(const instance *c, unsigned int reference) {
   if (c->phase == TERMINATED) {
     return false;
   }
-  if ((reference >= FIRST_INPUT) && (reference < FIRST_INPUT + INPUTS)) {
+  if ((reference >= FIRST_INPUT) && (reference < (FIRST_INPUT + INPUTS))) {
     return true;
   }
 #if HAS_PLANT
-  if ((reference >= FIRST_STATE) && (reference < FIRST_STATE + STATES)) {
+  if ((reference >= FIRST_STATE) && (reference < (FIRST_STATE + STATES))) {
     return before;
   }
 #endif
   if ((reference == /*@fixed@*/)) {
     return before;
   }
-  return (c->phase != CONTINUOUS) && (reference >= FIRST_PARAMETER) && (reference < FIRST_PARAMETER + PARAMETERS);
+  return (c->phase != CONTINUOUS) && (reference >= FIRST_PARAMETER) && (reference < (FIRST_PARAMETER + PARAMETERS));
 }
 
 /* Inputs may be no number: the step refuses them, but a displacement of a controller, which is a lost sample. */
 static bool is_input(unsigned int reference) {
-  return (reference >= FIRST_INPUT) && (reference < FIRST_INPUT + INPUTS);
+  return (reference >= FIRST_INPUT) && (reference < (FIRST_INPUT + INPUTS));
 }
 
 /* Sets all of them, or none when one cannot be set. */
@@ -134,7 +134,7 @@ static bool are_reals(instance *c, const unsigned int *reference, size_t n) {
 static bool overflown(instance *c, const unsigned int *reference, size_t n) {
   size_t i;
   for (i = 0; i < n; i++) {
-    if ((reference[i] >= FIRST_INPUT + INPUTS) && !isfinite(*real_variable(c, reference[i]))) {
+    if ((reference[i] >= (FIRST_INPUT + INPUTS)) && !isfinite(*real_variable(c, reference[i]))) {
       return true;
     }
   }
@@ -143,7 +143,7 @@ static bool overflown(instance *c, const unsigned int *reference, size_t n) {
 
 static void restart(instance *c) {
   const bool model_exchange = c->model_exchange;
-  memset(c, 0, sizeof *c);
+  (void)memset(c, 0, sizeof *c);
   c->model_exchange = model_exchange;
   c->changed = true;
   whirl_default_params(&c->params);

@@ -51,13 +51,13 @@ static void along(const instance *c, const double *dx, const double *du, double 
 /* Directional derivative of rates and outputs (`unknown`) along `seed` of states and inputs (`known`). Null, or why not. */
 static const char *directional(instance *c, const unsigned int *unknown, size_t n, const unsigned int *known, size_t m,
                                const double *seed, double *value) {
-  double dx[STATES] = {0.0};
-  double du[INPUTS + 1] = {0.0};
+  double dx[STATES] = {0};
+  double du[INPUTS + 1] = {0};
   double rate[STATES];
   double output[OUTPUTS];
   size_t i;
   for (i = 0; i < m; i++) {
-    if ((known[i] >= FIRST_STATE) && (known[i] < FIRST_STATE + STATES)) {
+    if ((known[i] >= FIRST_STATE) && (known[i] < (FIRST_STATE + STATES))) {
       dx[known[i] - FIRST_STATE] += seed[i];
     } else if (is_input(known[i])) {
       du[known[i] - FIRST_INPUT] += seed[i];
@@ -71,9 +71,9 @@ static const char *directional(instance *c, const unsigned int *unknown, size_t 
   }
   along(c, dx, du, rate, output);
   for (i = 0; i < n; i++) {
-    if ((unknown[i] >= FIRST_RATE) && (unknown[i] < FIRST_RATE + STATES)) {
+    if ((unknown[i] >= FIRST_RATE) && (unknown[i] < (FIRST_RATE + STATES))) {
       value[i] = rate[unknown[i] - FIRST_RATE];
-    } else if ((unknown[i] >= FIRST_OUTPUT) && (unknown[i] < FIRST_OUTPUT + OUTPUTS)) {
+    } else if ((unknown[i] >= FIRST_OUTPUT) && (unknown[i] < (FIRST_OUTPUT + OUTPUTS))) {
       value[i] = output[unknown[i] - FIRST_OUTPUT];
     } else {
       return "a directional derivative is that of rates and outputs";
@@ -85,7 +85,7 @@ static const char *directional(instance *c, const unsigned int *unknown, size_t 
 /* Advances from `time` by `size` seconds. Returns null, or why not, nothing changed. */
 static const char *advance(instance *c, double time, double size) {
   const double steps = ceil((size / c->inner_step) - 1e-9);
-  double u[INPUTS + 1] = {0.0};
+  double u[INPUTS + 1] = {0};
   double start[STATES];
   double held[INPUTS + 1];
   double age;
@@ -105,29 +105,29 @@ static const char *advance(instance *c, double time, double size) {
       return "an input is not a finite number";
     }
   }
-  memcpy(start, c->x, sizeof start);
-  memcpy(held, c->input, sizeof held);
+  (void)memcpy(start, c->x, sizeof start);
+  (void)memcpy(held, c->input, sizeof held);
   for (k = 0; k < (int)steps; k++) {
     const double h = size / steps;
     age = (double)k * h;
-    memcpy(u, c->input, sizeof u);
+    (void)memcpy(u, c->input, sizeof u);
 /*@aged@*/
     whirl_step(&c->params, time + age, c->x, u, h);
   }
   for (i = 0; i < STATES; i++) {
     if (!isfinite(c->x[i])) {
-      memcpy(c->x, start, sizeof start);
+      (void)memcpy(c->x, start, sizeof start);
       return "the motion grows beyond every number";
     }
   }
   c->time = time + size;
   /* outputs belong to the end of the step: the angle there */
   age = size;
-  memcpy(u, c->input, sizeof u);
+  (void)memcpy(u, c->input, sizeof u);
 /*@aged@*/
-  memcpy(c->input, u, sizeof u);
+  (void)memcpy(c->input, u, sizeof u);
   update(c);
-  memcpy(c->input, held, sizeof held);
+  (void)memcpy(c->input, held, sizeof held);
   c->changed = false;
   return NULL;
 }

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 #include "whirl/core/error.hpp"
 
@@ -103,7 +104,8 @@ Address parse_address(const std::string& text) {
 
 }  // namespace board
 
-UdpBoard::UdpBoard(const std::string& address) {
+UdpBoard::UdpBoard(const std::string& address, std::optional<board::Key> key)
+    : address_(address), key_(std::move(key)), starts_{board::start_of_now(), 0} {
   const board::Address a = board::parse_address(address);
   sockaddr_in to{};
   to.sin_family = AF_INET;
@@ -121,16 +123,19 @@ UdpBoard::~UdpBoard() { ::close(fd_); }
 
 bool UdpBoard::read(BoardReading& out) noexcept {
   bool fresh = false;
-  std::array<std::byte, board::kReadingSize + 1> bytes;
+  std::array<std::byte, board::kLargestDatagram + 1> bytes;
   while (true) {
     const ssize_t n = ::recv(fd_, bytes.data(), bytes.size(), 0);
     if (n == -1) {
-      if (errno == ECONNREFUSED) connected_ = seen_ = false;
+      if (errno == ECONNREFUSED) {
+        connected_ = false;
+        seen_ = seen_ && key_;  // a board with a key that starts again says so by its seal
+      }
       if (errno == EINTR || errno == ECONNREFUSED) continue;
       break;
     }
     connected_ = true;
-    const auto reading = board::decode_reading(std::span(bytes).first(static_cast<std::size_t>(n)));
+    const auto reading = open(std::span(bytes).first(static_cast<std::size_t>(n)));
     if (!reading || is_late(*reading)) continue;
     out = *reading;
     tick_ = out.tick;
@@ -138,6 +143,28 @@ bool UdpBoard::read(BoardReading& out) noexcept {
     seen_ = fresh = true;
   }
   return fresh;
+}
+
+std::optional<BoardReading> UdpBoard::open(std::span<const std::byte> datagram) noexcept {
+  if (!key_) return board::decode_reading(datagram);
+  const auto starts = key_->open(datagram);
+  // What the board said to an earlier start of this program, or before a later start of its own, is old.
+  if (!starts || starts->receiver != starts_.sender || starts->sender < starts_.receiver) {
+    ++refused_;
+    return {};
+  }
+  if (starts->sender != starts_.receiver) seen_ = false;
+  starts_.receiver = starts->sender;
+  const auto reading = board::decode_reading(datagram.first(datagram.size() - board::kSealSize));
+  // Sealed readings of one start only ever count forward.
+  if (reading && seen_ && static_cast<std::int32_t>(reading->tick - tick_) <= 0) return {};
+  return reading;
+}
+
+std::string UdpBoard::failure() const {
+  if (starts_.receiver != 0 || refused() == 0) return {};
+  return fmt::format("{}: {} datagrams without the key of board.key_file: both ends need the same key", address_,
+                     refused());
 }
 
 bool UdpBoard::is_late(const BoardReading& reading) const noexcept {
@@ -148,9 +175,10 @@ bool UdpBoard::is_late(const BoardReading& reading) const noexcept {
 }
 
 void UdpBoard::write(const BoardCommand& command) noexcept {
-  std::array<std::byte, board::kCommandSize> bytes;
-  board::encode({command, ++number_}, bytes);
-  (void)!::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  std::array<std::byte, board::kCommandSize + board::kSealSize> bytes;
+  board::encode({command, ++number_}, std::span(bytes).first<board::kCommandSize>());
+  if (key_) key_->seal(bytes, starts_);
+  (void)!::send(fd_, bytes.data(), key_ ? bytes.size() : board::kCommandSize, MSG_NOSIGNAL);
 }
 
 }  // namespace whirl::rt

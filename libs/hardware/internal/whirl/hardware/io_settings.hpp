@@ -39,6 +39,7 @@ struct IoSettings {
   double watchdog = 50e-3;  ///< s without samples
   double release = 3;       ///< s in which the force fades after a trip
   std::string driver = "udp", address;
+  std::string key_file;           ///< of a UDP board, relative to the folder of `source`; empty: no key
   rt::VendorBoardOptions vendor;  ///< of a board with the driver "comedi" or "quanser"
   rt::IioBoardOptions iio;        ///< with the driver "iio"; address, library and encoder are those of the board
   rt::HardwareOptions hardware;

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <random>
 #include <string>
@@ -10,11 +11,13 @@
 #include "whirl/core/recording.hpp"
 #include "whirl/hardware/io_settings.hpp"
 #include "whirl/rig/virtual_rig.hpp"
+#include "whirl/rt/drivers/board.hpp"
 #include "whirl/rt/drivers/optoncdt_line.hpp"
-#include "whirl/rt/drivers/udp_board.hpp"
 #include "whirl/tuning/closed_loop.hpp"
 
 namespace whirl::hardware {
+
+class BoardSocket;
 
 /// Faults of the wires, beside those of the machine (RigFault).
 enum class LineFault : std::uint8_t { lost_bytes, error_code, dropout, delay, board_silent, gap };
@@ -33,7 +36,8 @@ struct ServeOptions {
   rig::RigRun run;
   std::vector<ScriptedLineFault> line_faults;
   std::string address = "127.0.0.1:0";
-  double watchdog = 50e-3;  ///< s without a command until the outputs go to zero
+  std::filesystem::path key_file;  ///< of the board; empty: no key, and an address of this machine
+  double watchdog = 50e-3;         ///< s without a command until the outputs go to zero
   /// Every tick waits for its command instead of for the clock, from the first command on that answers a tick: equal
   /// runs give equal records, bit for bit.
   bool lockstep = false;
@@ -70,6 +74,7 @@ class RigServer {
   }  ///< s that the machine's time stood still because this process was not let run
   long commands() const { return commands_; }      ///< taken
   long expired() const { return expired_count_; }  ///< times the watchdog acted
+  long refused() const;                            ///< datagrams without the key
   /// How the run ended, the amplitudes being those of the true disk centre; after run().
   tuning::ClosedLoopMetrics metrics() const;
   Recording truth() const;
@@ -103,10 +108,8 @@ class RigServer {
   std::optional<rig::VirtualRig> rest_;  // while a test excites the standing shaft
   rt::optoncdt::Scale scale_;
   std::array<Axis, 2> axes_;
-  int socket_ = -1;
-  std::string address_;
-  std::uint32_t board_tick_ = 0, last_number_ = 0, last_answers_ = 0;
-  std::vector<std::byte> peer_;  // sockaddr of who commands
+  std::unique_ptr<BoardSocket> socket_;
+  std::uint32_t board_tick_ = 0, last_answers_ = 0;
   rt::BoardCommand command_;
   long silent_ = 0;  // ticks since the last command
   bool expired_ = false, started_ = false, locked_ = false, lockstep_lost_ = false;

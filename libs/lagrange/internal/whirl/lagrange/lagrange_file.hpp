@@ -18,5 +18,7 @@ struct LagrangeFile {
 /// Reads a TOML file; the keys are listed in docs/formats.md under system.toml. Throws Error with file, line and
 /// reason.
 LagrangeFile read_lagrange_file(const std::filesystem::path& path);
+/// From text; `name` stands in messages.
+LagrangeFile parse_lagrange_file(std::string_view text, std::string_view name);
 
 }  // namespace whirl::lagrange
