@@ -55,11 +55,11 @@ TARGETS = {
     "fmu_core": ("libs/deploy/c/fmi/fmu_core.c", None, ["libs/deploy/test/fmu_test.cpp", "libs/deploy/test/fmu_exchange_test.cpp"]),
     "fmu_state": ("libs/deploy/c/fmi/fmi_common.c", None,
                   ["libs/deploy/test/fmu_test.cpp", "libs/deploy/test/fmu_conformance_test.cpp"]),
-    "verdict_rules": ("libs/identify/src/evidence/verdict.cpp", None, ["libs/identify/test/verdict_rules_test.cpp"]),
+    "verdict_rules": ("libs/identify/src/evidence/verdict.cpp", None, ["libs/identify/test/verdict/verdict_rules_test.cpp"]),
     "verdict_rotor": ("libs/identify/src/evidence/rotor_verdict.cpp", None,
                       ["libs/identify/test/rotor_identify_test.cpp", "libs/identify/test/ill_posed_test.cpp"]),
     "verdict_system": ("libs/identify/src/evidence/sindy_verdict.cpp", None,
-                       ["libs/identify/test/sindy_test.cpp", "libs/identify/test/held_out_verdict_test.cpp",
+                       ["libs/identify/test/sindy_test.cpp", "libs/identify/test/verdict/held_out_verdict_test.cpp",
                         "libs/identify/test/stated_meaning_test.cpp"]),
     **{"finding_" + name: (f"libs/diagnosis/src/findings/{name}.cpp", None, ["libs/diagnosis/test/vibration_findings_test.cpp"])
        for name in ("chances", "electric", "orders", "run_out", "sidebands", "subsynchronous")},

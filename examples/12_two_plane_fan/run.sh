@@ -6,5 +6,5 @@ out=${1:-out/12_two_plane_fan}
 mkdir -p "$out" && cd "$out"
 
 python3 "$here/fan.py" make .
-whirl balance runs.csv --phase lag --amplitude pp --angles with --html sheet.html --out balance.json
+whirl balance runs.csv --phase lag --amplitude pp --angles with --page sheet.html --out balance.json
 python3 "$here/fan.py" check .

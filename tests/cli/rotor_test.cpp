@@ -119,6 +119,39 @@ TEST(RotorE2e, TrendFindsTheSupportThatSoftens) {
   EXPECT_EQ(folder.whirl("rotor trend drawing.toml run0.csv").exit_code, 2);
 }
 
+// The machine is the two-disc rotor; the other drawing has a disc of half the mass, the third is the same with a
+// heavier rim that only the acceleration shows.
+TEST(RotorE2e, WhichTellsTheRotorThatIsOnTheMachine) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rotor new --template two-disc --out drawing.toml").exit_code, 0);
+  const std::string fit =
+      "\n[[unbalance]]\nposition_mm = 1000\nsize_gmm = 60\n[fit]\nmaterial_damping = false\n"
+      "[fit.tolerance]\nprobe_gain_percent = 5\n";
+  const std::string drawing = slurp(folder / "drawing.toml");
+  folder.write("right.toml", drawing + fit);
+  folder.write("machine.toml", drawing + "\n[[unbalance]]\nposition_mm = 1000\nsize_gmm = 60\n");
+  folder.write("other.toml", drawing +
+                                 "\n[[disc]]\nname = \"extra\"\nposition_mm = 700\nmass_kg = 8\n"
+                                 "transverse_kgm2 = 0.05\npolar_kgm2 = 0.1\n" +
+                                 fit);
+  ASSERT_EQ(folder.whirl("rotor run machine.toml --from-rpm 300 --to-rpm 3500 --seconds 20 --noise-db 30 --out run.csv")
+                .exit_code,
+            0);
+  const Outcome found = folder.whirl("rotor which run.csv other.toml right.toml --json --quiet");
+  ASSERT_EQ(found.exit_code, 0) << found.err;
+  const io::Json document = io::parse_json(found.out, "stdout");
+  const auto candidates = io::JsonReader(document, "stdout").at("candidates").items();
+  EXPECT_FALSE(candidates[0].at("possible").flag()) << found.out;
+  EXPECT_TRUE(candidates[1].at("possible").flag()) << found.out;
+  // The acceleration of 3200 rpm in 20 s by the inertia of the file, and by twice it.
+  const double torque = candidates[1].at("inertia").number() * 3200 * M_PI / 30 / 20;
+  for (const double part : {1.0, 2.0}) {
+    const Outcome with = folder.whirl(
+        fmt::format("rotor which run.csv other.toml right.toml --torque-nm {} --json --quiet", part * torque));
+    EXPECT_EQ(with.exit_code, part > 1 ? 1 : 0) << with.err;
+  }
+}
+
 // The acceleration found is tried by another command: it keeps the limit, and three quarters of it do not.
 TEST(RotorE2e, CentrifugeRunUpNeedsWhatItSays) {
   const Folder folder;

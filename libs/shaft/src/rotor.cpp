@@ -20,6 +20,19 @@ double Rotor::length() const {
   return sum;
 }
 
+double Rotor::polar_inertia() const {
+  double sum = 0;
+  for (const Disc& d : discs) sum += d.polar;
+  // Of a cone the fourth power of the diameter has the mean (a^4 + a^3 b + a^2 b^2 + a b^3 + b^4) / 5.
+  const auto fourth = [](double a, double b) {
+    return (a * a * a * a + a * a * a * b + a * a * b * b + a * b * b * b + b * b * b * b) / 5;
+  };
+  for (const Section& s : sections)
+    sum += materials[s.material].density * s.length * kPi / 32 *
+           (fourth(s.outer, s.outer_end) - fourth(s.inner, s.inner_end));
+  return sum;
+}
+
 double Rotor::mass() const {
   double sum = 0;
   const auto cone = [](double a, double b) { return kPi / 12 * (a * a + a * b + b * b); };

@@ -116,7 +116,7 @@ void add_balance(CommandLine& app, Session& session) {
       "A model needs --radius-mm, --speed-rpm and the disk's mass (--mass-kg or --stiffness); one plane. The grade is\n"
       "G = e omega at the service speed (ISO 21940-11: 2.5 for turbines and pumps of high quality, 6.3 general "
       "machines).\n\n"
-      "Example: whirl balance runs.csv --phase lag --angles against --amplitude pp --html sheet.html\n"
+      "Example: whirl balance runs.csv --phase lag --angles against --amplitude pp --page sheet.html\n"
       "With --session the runs of a job are kept in one file and the next run to make is printed: which plane, what "
       "mass "
       "at\n"

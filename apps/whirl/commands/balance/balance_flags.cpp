@@ -107,7 +107,7 @@ void JobFlags::add_to(CommandLine* sub) {
   sub->add_option("--angle-error-deg", angle_error_deg, "its angle may differ by")->range(0, 360);
   sub->add_option("--radius-error-mm", radius_error_mm, "its radius may differ by")->range(0, 1e6);
   sub->add_option("--out", out, "write the result as JSON")->output("whirl.balancing");
-  sub->add_option("--html", html, "write the balancing sheet")->output();
+  sub->add_option("--page,--html", html, "write the balancing sheet (HTML)")->output();
   sub->add_option("--pdf", pdf, "write the balancing sheet as PDF (needs chromium)")->output("PDF");
 }
 

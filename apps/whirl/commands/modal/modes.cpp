@@ -171,7 +171,7 @@ void add_modes(CommandLine& app, Session& session) {
       ->range(1e-9, 1e9);
   sub->add_option("--geometry", o->geometry, "places of the points: universal file or TOML, for --page and --out x.uff")
       ->input();
-  sub->add_option("--page", o->page,
+  sub->add_option("--page,--html", o->page,
                   "page (.html) to look at: stabilisation diagram whose poles are added and removed by a click, moving "
                   "shapes, MAC, complexity, every FRF with its residual")
       ->output();

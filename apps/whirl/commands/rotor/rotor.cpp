@@ -58,6 +58,7 @@ void add_rotor(CommandLine& app, Session& session) {
   add_rotor_run(*rotor, session);
   add_rotor_fit(*rotor, session);
   add_rotor_trend(*rotor, session);
+  add_rotor_which(*rotor, session);
 }
 
 }  // namespace whirl::app

@@ -19,6 +19,7 @@ void add_rotor_criticals(CommandLine& rotor, Session& session);
 void add_rotor_response(CommandLine& rotor, Session& session);
 void add_rotor_fit(CommandLine& rotor, Session& session);
 void add_rotor_run(CommandLine& rotor, Session& session);
+void add_rotor_which(CommandLine& rotor, Session& session);
 void add_rotor_trend(CommandLine& rotor, Session& session);
 
 /// A rotor file and its model.

@@ -6,6 +6,7 @@
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/rotation.hpp"
+#include "whirl/diagnosis/vibration.hpp"
 #include "whirl/signal/order.hpp"
 
 namespace whirl::diagnosis {

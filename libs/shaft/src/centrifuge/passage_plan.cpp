@@ -123,20 +123,6 @@ void judge(PassagePlan& plan, const PassageOptions& o) {
 
 }  // namespace
 
-double polar_inertia(const Rotor& rotor) {
-  double sum = 0;
-  for (const Disc& d : rotor.discs) sum += d.polar;
-  for (const Section& s : rotor.sections) {
-    // Of a cone the fourth power of the diameter has the mean (a^4 + a^3 b + a^2 b^2 + a b^3 + b^4) / 5.
-    const auto fourth = [](double a, double b) {
-      return (std::pow(a, 4) + a * a * a * b + a * a * b * b + a * b * b * b + std::pow(b, 4)) / 5;
-    };
-    const double outer = fourth(s.outer, s.outer_end > 0 ? s.outer_end : s.outer), inner = fourth(s.inner, s.inner_end);
-    sum += rotor.materials[s.material].density * s.length * kPi / 32 * (outer - inner);
-  }
-  return sum;
-}
-
 PassagePlan plan_passages(const Rotor& rotor, const CentrifugeSetup& setup, const PassageOptions& o) {
   if (!setup.given()) throw Error("the rotor file has no [centrifuge]: plane_mm, radius_mm, allowed_gram are needed");
   require_range("limit", o.limit, 1e-12, 1, "m");
@@ -144,7 +130,7 @@ PassagePlan plan_passages(const Rotor& rotor, const CentrifugeSetup& setup, cons
   require_range("torque", o.torque, 0, 1e9, "N m");
   const Rotor machine = loaded(rotor, setup);
   PassagePlan plan;
-  plan.inertia = polar_inertia(machine);
+  plan.inertia = machine.polar_inertia();
   plan.drive = o.torque > 0 ? o.torque / plan.inertia : std::nan("");
   const Passages passages(machine, o);
   for (std::size_t k = 0; k < passages.count(); ++k) {

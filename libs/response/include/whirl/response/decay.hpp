@@ -23,7 +23,7 @@ struct NonlinearMode {
   Estimate k3, k5;  ///< 1/(m^2 s^2), 1/(m^4 s^2); value 0 when the data do not ask for them
   Estimate q, f;    ///< 1/m, m/s^2; value 0 when not asked for
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  ///< of k1, k3, k5, c, q, f
-  double chi_square = 0;           ///< of the points about both curves, by their own standard deviations
+  double chi_square = 0;  ///< of the points about both curves, by their own standard deviations
   /// How far the points lie off the curves beyond their noise, as parts of frequency and mean rate; 0 where chi-square
   /// is at most 2. The intervals hold it.
   double frequency_spread = 0, rate_spread = 0;

@@ -140,6 +140,8 @@ struct Rotor {
   double length() const;
   /// Shaft and discs, kg.
   double mass() const;
+  /// Polar moment of inertia of the same, kg m^2.
+  double polar_inertia() const;
 };
 
 /// Throws Error for a rotor that cannot be: what, value, and what is allowed.

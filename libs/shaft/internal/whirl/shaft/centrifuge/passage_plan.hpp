@@ -42,9 +42,6 @@ struct PassagePlan {
 /// limit or speed that is not positive.
 PassagePlan plan_passages(const Rotor& rotor, const CentrifugeSetup& setup, const PassageOptions& options);
 
-/// Polar moment of inertia of shaft and discs, kg m^2.
-double polar_inertia(const Rotor& rotor);
-
 /// `whirl.centrifuge_runup/1`.
 io::Json to_json(const PassagePlan& plan);
 

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from . import _whirl
-from .results import Result, _panel
+from .. import _whirl
+from ..results import Result, _panel
 
 _RPM = 2 * np.pi / 60
 

@@ -5,8 +5,8 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ._whirl import Recording
-from .results import Result
+from .._whirl import Recording
+from ..results import Result
 
 _Records = Recording | Sequence[Recording] | Mapping[str, Recording]
 
