@@ -40,10 +40,13 @@ inline std::filesystem::path file_of(std::string_view bytes) {
 
 /// The same file in parts of a few rows, and some rows of it: no more than its bytes allow, and what the whole has
 /// where both are read.
-inline void check_parts(const std::filesystem::path& path, std::size_t bytes, std::size_t most_per_byte) {
+/// both are read. `once`: each reading takes a process, and is done once.
+inline void check_parts(const std::filesystem::path& path, std::size_t bytes, std::size_t most_per_byte,
+                        bool once = false) {
   std::optional<io::SignalFile> whole;
-  only_errors([&] { whole = io::read_signals(path); });
-  for (const Eigen::Index each : {7, 65536}) {
+  if (!once) only_errors([&] { whole = io::read_signals(path); });
+  for (const Eigen::Index each : {65536, 7}) {
+    if (once && each == 7) return;
     only_errors([&] {
       const auto stream = io::open_signal_stream(path, {}, {.each = each});
       Eigen::Index rows = 0, columns = 0;

@@ -273,6 +273,9 @@ FileInfo describe(SignalStream& stream, const std::function<void(double)>& progr
       if (table.signals.size() != statistics[k].size()) throw Error::in_file(info.source, 0, kOtherTables);
       for (std::size_t c = 0; c < table.signals.size(); ++c) statistics[k][c].add(shown_values(table.signals[c]));
       rows[k] += table.rows();
+      if (heads.empty() || table.x.size() == 0) continue;
+      heads[k].x = table.x.head(1);  // uneven from here on
+      heads[k].step = 0;
     }
     info.findings.insert(info.findings.end(), part.findings.begin(), part.findings.end());
     if (heads.empty()) {

@@ -158,6 +158,23 @@ TEST(Parts, RoundedIntegersAreCountedOverAllParts) {
   EXPECT_THAT(info.findings, ::testing::Contains("'n_1': 250 of 500 integers are 2^53 or more: rounded to 53 bits"));
 }
 
+// Numbers of a table with a gap are told all the same; a record is refused where it is uneven.
+TEST(Parts, UnevenTimesOfATableAreToldAndRefusedInARecord) {
+  const testing::TemporaryFolder folder;
+  std::string text = "t_s,x_m\n";
+  for (int i = 0; i < 300; ++i) text += fmt::format("{},{}\n", i < 200 ? i : i + 7, i % 5);
+  folder.write("a.csv", text);
+  const auto stream = open_signal_stream(folder.path() / "a.csv", {.gaps = true}, {.each = 50});
+  const FileInfo info = describe(*stream, [](double) {});
+  ASSERT_EQ(info.tables.size(), 1U);
+  EXPECT_EQ(info.tables[0].rows, 300);
+  EXPECT_EQ(info.tables[0].step, 0);
+  EXPECT_THAT(info.findings, ::testing::Contains(HasSubstr("not uniform")));
+  EXPECT_THAT(
+      error_of([&] { (void)convert_in_parts(folder.path() / "a.csv", folder.path() / "b.csv", {}, {.each = 50}, {}); }),
+      HasSubstr("for a uniform step"));
+}
+
 // What must be unpacked whole, or is more than one record, is refused before anything is read of it.
 TEST(Parts, WhatCannotBeReadInPartsIsRefusedWithItsCure) {
   const testing::TemporaryFolder folder;

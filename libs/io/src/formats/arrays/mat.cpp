@@ -150,13 +150,16 @@ class MatReader {
     return element;
   }
 
-  std::string inflate_all(const MatElement& element) const {
+  /// In parts the packed variables stay in memory, all together within the limit.
+  std::string inflate_all(const MatElement& element) {
+    const bool parts = most_unpacked_ < kMostInflated;
+    const std::size_t most = parts ? most_unpacked_ - std::min(most_unpacked_, unpacked_) : most_unpacked_;
     z_stream stream{};
     if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
     std::string out, piece(std::size_t{1} << 16, '\0'), packed;
     std::uint64_t at = element.at;
     int status = Z_OK;
-    while (status == Z_OK && out.size() < most_unpacked_) {
+    while (status == Z_OK && out.size() < most) {
       if (stream.avail_in == 0) {
         packed = in_->copy(at, static_cast<std::size_t>(std::min<std::uint64_t>(piece.size(), element.end() - at)));
         at += packed.size();
@@ -171,12 +174,13 @@ class MatReader {
     }
     inflateEnd(&stream);
     if (status != Z_STREAM_END && status != Z_OK) fail(element.at, "compressed data are damaged");
-    if (out.size() >= most_unpacked_)
+    if (out.size() >= most && parts)
       fail(element.at,
-           fmt::format("compressed variable of more than {} MiB{}", most_unpacked_ >> 20,
-                       most_unpacked_ == kMostInflated
-                           ? ""
-                           : ": it cannot be read in parts; save the file with -nocompression, or as v7.3"));
+           fmt::format("compressed variables of more than {} MiB: such a file cannot be read in parts; save it with "
+                       "-nocompression, or as v7.3",
+                       most_unpacked_ >> 20));
+    if (out.size() >= most) fail(element.at, "compressed variable of more than 1 GiB");
+    unpacked_ += out.size();
     return out;
   }
 
@@ -284,7 +288,7 @@ class MatReader {
 
   std::shared_ptr<const RandomBytes> in_;
   std::uint64_t base_ = 0;  ///< byte of the file where what was unpacked stands
-  std::size_t most_unpacked_;
+  std::size_t most_unpacked_, unpacked_ = 0;
   bool big_ = false;
   SignalFile& file_;
   const TakeArray& take_;

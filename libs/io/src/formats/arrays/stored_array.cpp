@@ -30,6 +30,7 @@ class ArrayRows : public RowReader {
          [&](StoredArray&& array) { arrays_.push_back(std::move(array)); });
     rows_ = rows_of_record(arrays_, file_);
   }
+  std::string name() const override { return file_.source; }
   Eigen::Index rows() const override { return rows_; }
   SignalFile read(Eigen::Index first, Eigen::Index count) override {
     SignalFile file = file_;

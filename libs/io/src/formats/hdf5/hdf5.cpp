@@ -91,6 +91,7 @@ class Hdf5RowReader : public RowReader {
           rows_ = static_cast<Eigen::Index>(in.value<hsize_t>());
         });
   }
+  std::string name() const override { return name_; }
   Eigen::Index rows() const override { return rows_; }
   SignalFile read(Eigen::Index first, Eigen::Index count) override {
     return read_by(name_, bytes_, [&](ParcelWriter& out) {

@@ -23,7 +23,7 @@ bool on_grid(double t, double due, double start, double dt, double rounding) {
 class CsvSignalStream : public SignalStream {
  public:
   CsvSignalStream(const std::filesystem::path& file, const CsvOptions& options, const PartRows& rows)
-      : stream_(file, options), rows_(rows) {
+      : stream_(file, options), gaps_(options.gaps), rows_(rows) {
     require_rows(rows, rows.end);
     block_.resize(rows_of_part(rows, stream_.columns().size()), static_cast<Eigen::Index>(stream_.columns().size()));
     std::error_code none;
@@ -56,6 +56,10 @@ class CsvSignalStream : public SignalStream {
         table.signals.push_back({column.name, std::string(si_unit(quantity)), quantity,
                                  block_.col(static_cast<Eigen::Index>(k)).segment(from, to - from)});
       }
+      if (uneven_) {
+        table.step = 0;
+        table.x = block_.col(stream_.time_column()).segment(from, to - from);
+      }
       part.tables.push_back(std::move(table));
       return true;
     }
@@ -74,7 +78,10 @@ class CsvSignalStream : public SignalStream {
     const double rounding = 0.5 * std::pow(10.0, -std::max(0, stream_.time_decimals()));
     for (Eigen::Index i = 0; i < t.size(); ++i) {
       const double due = start_ + dt_ * static_cast<double>(at_ + i);
-      if (!on_grid(t[i], due, start_, dt_, rounding)) {
+      if (on_grid(t[i], due, start_, dt_, rounding)) continue;
+      if (gaps_) {
+        uneven_ = true;
+      } else {
         throw Error::in_file(stream_.source(), stream_.line_of(at_ + i),
                              fmt::format("time {:g} s: must be {:g} s for a uniform step of {:g} s", t[i], due, dt_));
       }
@@ -118,6 +125,7 @@ class CsvSignalStream : public SignalStream {
 
   CsvStream stream_;
   std::optional<double> last_time_;
+  bool gaps_, uneven_ = false;  ///< uneven times are let through; some were there
   PartRows rows_;
   Eigen::MatrixXd block_;
   double dt_ = 0, start_ = 0, bytes_ = 0;

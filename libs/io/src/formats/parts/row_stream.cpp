@@ -15,13 +15,13 @@ class RowStream : public SignalStream {
  public:
   RowStream(std::unique_ptr<RowReader> reader, const PartRows& rows)
       : reader_(std::move(reader)), rows_(rows), at_(rows.first) {
+    if (reader_->rows() < 2)
+      throw Error::in_file(reader_->name(), 0, fmt::format("{} samples; at least 2 are needed", reader_->rows()));
     require_rows(rows, reader_->rows());
     rows_.end = std::min(rows_.end, reader_->rows());
     // How many channels there are, by a first look at two rows.
-    std::size_t channels = 1;
-    if (reader_->rows() >= 2) {
-      for (const SignalTable& table : reader_->read(0, 2).tables) channels += table.signals.size();
-    }
+    std::size_t channels = 0;
+    for (const SignalTable& table : reader_->read(0, 2).tables) channels += table.signals.size();
     each_ = rows_of_part(rows_, channels);
   }
 

@@ -11,6 +11,7 @@ namespace whirl::io {
 class RowReader {
  public:
   virtual ~RowReader() = default;
+  virtual std::string name() const = 0;  ///< of the file
   virtual Eigen::Index rows() const = 0;
   /// The file as `read_signals` gives it, start of its tables included, but of every channel the values of rows first
   /// .. first + count alone. They lie inside, and are two or more. A file that is cut off may give fewer.

@@ -18,6 +18,8 @@ class TdmsReader {
  public:
   explicit TdmsReader(std::shared_ptr<const RandomBytes> in) : in_(std::move(in)), layout_(tdms_layout(in_)) {}
 
+  std::string name() const { return in_->name(); }
+
   SignalFile read() {
     SignalFile file = read({});
     tell_rounding(file);
@@ -160,6 +162,7 @@ class TdmsRows : public RowReader {
  public:
   explicit TdmsRows(const std::filesystem::path& path)
       : reader_(std::make_shared<RandomBytes>(path)), rows_(reader_.rows_of_record()) {}
+  std::string name() const override { return reader_.name(); }
   Eigen::Index rows() const override { return rows_; }
   SignalFile read(Eigen::Index first, Eigen::Index count) override { return reader_.read({first, count, rows_}); }
 

@@ -82,7 +82,7 @@ class TdmsSegments {
     if ((contents & kRawData) != 0 && (contents & kDaqmx) == 0) read_raw(end - at_, (contents & kInterleaved) != 0);
     at_ = end;
     if (pieces_ > kMostPieces && in_->size() > kMostRead)
-      fail(fmt::format("the values stand in more than {} pieces: such a file cannot be read in parts", kMostPieces));
+      fail(fmt::format("the values are in more than {} pieces: such a file cannot be read in parts", kMostPieces));
     return true;
   }
 

@@ -200,6 +200,7 @@ class WavReader : public RowReader {
     names_ = names_in(sf_get_string(file_.get(), SF_STR_COMMENT));
   }
 
+  std::string name() const override { return in_->name(); }
   Eigen::Index rows() const override { return static_cast<Eigen::Index>(info_.frames); }
 
   /// A count beyond the end reads until the data end: that in the header may lie.
