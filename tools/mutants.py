@@ -216,7 +216,7 @@ class Workshop:
                                for t in tests)
                 for t in tests:
                     if t not in self.objects:
-                        self.objects[t] = self.compile(ROOT / t, self.folder / f"test{len(self.objects)}.o", [])
+                        self.objects[t] = self.compile(ROOT / t, self.folder / f"test{len(self.objects)}.o", ["-O1"])
                 beside, libraries = self.siblings(path)
                 objects = [self.compile(self.source(path, text, place), place / "mutant.o", extra)]
                 return self.noticed(objects + beside + [self.objects[t] for t in tests], place / "test", libraries, tests)
