@@ -20,8 +20,8 @@ void controller(const io::Json& document) {
   control::Controller c = control::make_controller(design);
   for (int k = 0; k < 50; ++k) {
     Measurement m;
-    m.tick = k;
     m.valid = k % 7 != 3;
+    m.t = 1e-3 * k;
     m.x = 1e-4 * std::cos(0.06 * k), m.y = 1e-4 * std::sin(0.06 * k);
     m.beta = 0.06 * k, m.omega = 60;
     const auto command = c.step(m);

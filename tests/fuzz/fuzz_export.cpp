@@ -8,7 +8,7 @@
 #include "whirl/deploy/fmu.hpp"
 #include "whirl/deploy/languages.hpp"
 #include "whirl/io/model_json.hpp"
-#include "whirl/testing/generated/tokens.hpp"
+#include "whirl/testing/source/tokens.hpp"
 
 namespace {
 

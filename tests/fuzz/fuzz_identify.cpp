@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "harness.hpp"
-#include "whirl/deploy/system.hpp"
+#include "whirl/deploy/languages.hpp"
 #include "whirl/io/library_toml.hpp"
 #include "whirl/io/model_json.hpp"
 

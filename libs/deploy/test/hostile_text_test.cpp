@@ -13,7 +13,7 @@
 #include "whirl/report/document.hpp"
 #include "whirl/testing/compiled.hpp"
 #include "whirl/testing/designs.hpp"
-#include "whirl/testing/generated/tokens.hpp"
+#include "whirl/testing/source/tokens.hpp"
 
 // What stands in a result file came from somebody: whatever it says, it is refused or the source made of it has the
 // tokens that it has with harmless text.

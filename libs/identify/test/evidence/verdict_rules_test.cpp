@@ -114,6 +114,17 @@ TEST(VerdictRules, HalfTheMotionMissedIsUnusableWhateverStateMissesIt) {
   EXPECT_NE(judged(1, 0, 0.49).status, Status::unusable);
 }
 
+// The limits belong to the models that may be used.
+TEST(VerdictRules, AtTheLimitItselfNothingIsMissed) {
+  for (const StateScore& at : {StateScore{"x", 0.5, 0.5, 0}, StateScore{"x", 1.3, 1, 1}}) {
+    HeldOut held;
+    held.scores = {at};
+    Summary s;
+    judge_held_out(held, s);
+    EXPECT_EQ(s.status, Status::ok);
+  }
+}
+
 TEST(VerdictRules, TwiceTheNoiseAndTwoPercentOfTheMotionTakeTheTrust) {
   const auto missed = [](double motion, double noise, double rmse) {
     return judged(motion, noise, std::sqrt(rmse * rmse - noise * noise)).find(FindingCode::held_out_missed) != nullptr;
