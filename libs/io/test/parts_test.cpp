@@ -55,6 +55,7 @@ std::vector<std::filesystem::path> files_of(const Recording& r, const testing::T
   const std::vector<double> x = values_of(r["x"]), y = values_of(r["y"]), t = values_of(r.times());
   std::vector<testing::TdmsChannel> channels = {{"x", "m", x}, {"y", "m", y}};
   keep("chunks.tdms", testing::tdms(channels, r.dt));
+  keep("many.tdms", testing::tdms(channels, r.dt, 1, false, 0, rows % 5 == 0 ? rows / 5 : 1));
   keep("segments.tdms", testing::tdms(channels, r.dt, rows % 5 == 0 ? 5 : 1));
   keep("rows.tdms", testing::tdms(channels, r.dt, 1, true));
   keep("matrix.mat",

@@ -37,7 +37,7 @@ void add_convert(CommandLine& app, Session& session) {
                       "Example: whirl convert blow.wav blow.csv --columns 1:force_N*250 2:acc_g*50",
                   [o, &session] {
                     if (o->record.in_parts(o->in)) return convert_parts(o->record, o->in, o->out, session);
-                    const bool chosen = !o->record.columns.empty() || o->record.header_line > 0;
+                    const bool chosen = !o->record.columns.empty() || o->record.header_line > 0 || io::is_large(o->in);
                     if (const std::optional<FrequencyResponse> frf =
                             chosen ? std::nullopt : io::read_responses(o->in, o->responses.options())) {
                       io::write_responses(o->out, *frf);

@@ -66,11 +66,13 @@ io::PartRows RecordOptions::part_rows() const {
 }
 
 bool RecordOptions::in_parts(const std::string& file) const {
+  const bool whole = tacho_stated() || !late.empty();
+  if (whole && !stream && !rows.empty()) return false;  // the rows are read at once
   const bool parts = stream || io::is_large(file);
-  if (parts && (tacho_stated() || !late.empty()))
+  if (parts && whole)
     throw Error(file +
-                ": it is read in parts, and --pulses, --missing, --edge and --late need the whole: convert "
-                "it first, or state --rows");
+                ": it is read in parts, and --pulses, --missing, --edge and --late need the whole: convert it first, "
+                "or state --rows without --stream");
   return parts;
 }
 

@@ -160,9 +160,10 @@ struct TdmsChannel {
 };
 
 /// Segments of one group of double channels with the waveform properties; the second and later segments repeat the
-/// description ("same as before"). `cut` bytes are missing at the end, as when the writer was killed.
+/// description ("same as before"). `cut` bytes are missing at the end, as when the writer was killed. The values of a
+/// segment come in so many chunks.
 inline std::string tdms(const std::vector<TdmsChannel>& channels, double step, int segments = 1,
-                        bool interleaved = false, std::size_t cut = 0) {
+                        bool interleaved = false, std::size_t cut = 0, int chunks = 1) {
   std::string file;
   const auto string_of = [](const std::string& s) {
     Bytes b;
@@ -176,7 +177,8 @@ inline std::string tdms(const std::vector<TdmsChannel>& channels, double step, i
     for (const TdmsChannel& c : channels) {
       meta.text(string_of("/'Untitled'/'" + c.name + "'"));
       if (segment == 0) {
-        meta.put<std::uint32_t>(20).put<std::uint32_t>(10).put<std::uint32_t>(1).put<std::uint64_t>(each);
+        meta.put<std::uint32_t>(20).put<std::uint32_t>(10).put<std::uint32_t>(1);
+        meta.put(static_cast<std::uint64_t>(each) / static_cast<std::uint64_t>(chunks));
         meta.put<std::uint32_t>(3);
         meta.text(string_of("wf_increment")).put<std::uint32_t>(10).put(step);
         meta.text(string_of("wf_start_offset")).put<std::uint32_t>(10).put(0.0);
@@ -191,8 +193,11 @@ inline std::string tdms(const std::vector<TdmsChannel>& channels, double step, i
         for (const TdmsChannel& c : channels) raw.put(c.values[first + i]);
       }
     } else {
-      for (const TdmsChannel& c : channels) {
-        for (std::size_t i = 0; i < each; ++i) raw.put(c.values[first + i]);
+      const std::size_t own = each / static_cast<std::size_t>(chunks);
+      for (std::size_t begin = first; begin + own <= first + each; begin += own) {
+        for (const TdmsChannel& c : channels) {
+          for (std::size_t i = 0; i < own; ++i) raw.put(c.values[begin + i]);
+        }
       }
     }
     Bytes lead;
