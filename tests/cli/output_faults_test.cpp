@@ -76,6 +76,9 @@ std::vector<Case> cases() {
   for (const char* ending : {"csv", "csv.gz", "h5", "wav", "mat", "unv", "lvm"})
     out.push_back({std::string("convert ") + ending, std::string("convert --force r.csv o.") + ending,
                    std::string("o.") + ending});
+  for (const char* ending : {"csv", "h5"})
+    out.push_back({std::string("parts to ") + ending, std::string("convert --force --stream r.csv o.") + ending,
+                   std::string("o.") + ending});
   for (const char* ending : {"svg", "csv", "txt"})
     out.push_back({std::string("plot ") + ending, std::string("plot --force r.csv --out p.") + ending,
                    std::string("p.") + ending});

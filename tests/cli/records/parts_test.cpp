@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "../program.hpp"
-#include "whirl/io/signals.hpp"
+#include "whirl/io/formats.hpp"
 #include "whirl/testing/records/foreign_files.hpp"
 
 namespace whirl::testing {

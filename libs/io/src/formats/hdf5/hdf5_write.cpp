@@ -54,6 +54,27 @@ void copy_written(const std::filesystem::path& from, ByteSink& sink) {
   (void)close(descriptor);
 }
 
+/// A file with the datasets of these channels, whose values are a hole. Their places; none where it cannot be written.
+std::vector<haddr_t> make_frame(const std::filesystem::path& path, const Recording& of, hsize_t rows) {
+  std::vector<haddr_t> places;
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  bool good = file >= 0;
+  {
+    const Hdf5Id plain(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_obj_track_times(plain, false);
+    H5Pset_alloc_time(plain, H5D_ALLOC_TIME_EARLY);
+    H5Pset_fill_time(plain, H5D_FILL_TIME_NEVER);
+    for (const Channel& channel : of.channels) {
+      const Hdf5Id data = make_dataset(file, channel, of, rows, plain, good);
+      places.push_back(H5Dget_offset(data));
+      good = good && places.back() != HADDR_UNDEF;
+    }
+  }
+  good = good && H5Fflush(file, H5F_SCOPE_GLOBAL) >= 0;
+  good = H5Fclose(file) >= 0 && good;
+  return good ? places : std::vector<haddr_t>();
+}
+
 }  // namespace
 
 void write_hdf5(const std::filesystem::path& path, const Recording& recording) {
@@ -83,25 +104,15 @@ void write_hdf5(const std::filesystem::path& path, const Recording& recording) {
 
 void write_hdf5_parts(const std::filesystem::path& path, const Recording& first, RecordStream& rest,
                       Eigen::Index rows) {
+  H5dont_atexit();  // the library would write again what a full disk has refused, and crash
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   ByteSink sink(path);
   const TemporaryFolder folder("hdf5");  // for all but the values
   const std::filesystem::path frame = folder.path() / "frame.h5";
-  std::vector<haddr_t> places;  // of the values of each channel
-  {
-    const Hdf5Id file(H5Fcreate(frame.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
-    const Hdf5Id plain(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    H5Pset_obj_track_times(plain, false);
-    H5Pset_alloc_time(plain, H5D_ALLOC_TIME_EARLY);
-    H5Pset_fill_time(plain, H5D_FILL_TIME_NEVER);
-    bool good = file >= 0;
-    for (const Channel& channel : first.channels) {
-      const Hdf5Id data = make_dataset(file, channel, first, static_cast<hsize_t>(rows), plain, good);
-      places.push_back(H5Dget_offset(data));
-      good = good && places.back() != HADDR_UNDEF;
-    }
-    if (!good || H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) throw Error::in_file(path.string(), 0, "cannot be put together");
-  }
+  const std::vector<haddr_t> places = make_frame(frame, first, static_cast<hsize_t>(rows));
+  if (places.empty())
+    throw Error::in_file(path.string(), 0,
+                         fmt::format("cannot be put together in {}: is the disk full?", folder.path().string()));
   copy_written(frame, sink);
   Recording part = first;
   Eigen::Index at = 0;
