@@ -85,7 +85,7 @@ FitTrend fit_trend(const Rotor& rotor, const FitSetup& setup, const std::vector<
     trend.rows.push_back(std::move(line));
   }
   if (trend.rows.empty()) {
-    trend.summary.fail("no unknown is told by two runs");
+    trend.summary.fail("two runs or more show none of the unknowns");
     return trend;
   }
   const boost::math::normal normal;
