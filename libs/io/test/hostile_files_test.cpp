@@ -9,6 +9,7 @@
 #include <functional>
 #include <random>
 
+#include "file_kinds.hpp"
 #include "whirl/io/atfx.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/formats.hpp"
@@ -18,7 +19,6 @@
 #include "whirl/io/uff.hpp"
 #include "whirl/testing/compiled.hpp"
 #include "whirl/testing/error_of.hpp"
-#include "whirl/testing/records/file_kinds.hpp"
 
 namespace whirl::io {
 namespace {
