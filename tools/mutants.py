@@ -67,17 +67,17 @@ TARGETS = {
     "correction": ("libs/diagnosis/src/correction.cpp", None,
                    ["libs/diagnosis/test/correction_rules_test.cpp", "libs/diagnosis/test/correction_test.cpp"]),
     "influence": ("libs/diagnosis/src/influence.cpp", None,
-                  ["libs/diagnosis/test/influence_test.cpp", "libs/diagnosis/test/balancing_test.cpp"]),
+                  ["libs/diagnosis/test/drift_option_test.cpp", "libs/diagnosis/test/influence_test.cpp"]),
     "balancing_sign": ("libs/diagnosis/src/balancing.cpp", None,
-                       ["libs/diagnosis/test/balancing_test.cpp", "libs/balancing/test/session_test.cpp"]),
-    "balancing_session": ("libs/balancing/src/session.cpp", None, ["libs/balancing/test/session_test.cpp"]),
+                       ["libs/diagnosis/test/advice_intervals_test.cpp", "libs/diagnosis/test/balancing_test.cpp"]),
+    "balancing_session": ("libs/balancing/src/session.cpp", None, ["libs/balancing/test/session_rules_test.cpp", "libs/balancing/test/session_test.cpp"]),
     "certificate": ("libs/tuning/src/certificate/certificate_runs.cpp", None, ["libs/tuning/test/certificate_test.cpp"]),
     "tuning_verdict": ("libs/tuning/src/verdict.cpp", None, ["libs/tuning/test/verdict_test.cpp"]),
     "modal_selection": ("libs/modal/src/poles/select_poles.cpp", None,
                         ["libs/modal/test/modes_test.cpp", "libs/modal/test/methods_test.cpp"]),
     "blow_checks": ("libs/modal/src/blows/checks.cpp", None, ["libs/modal/test/frf_test.cpp", "libs/modal/test/clean_blows_test.cpp"]),
     "centrifuge": ("libs/shaft/src/centrifuge/load_check.cpp", None, ["libs/shaft/test/centrifuge_test.cpp"]),
-    "identities": ("libs/core/src/finding.cpp", None, ["libs/core/test/finding_test.cpp"]),
+    "identities": ("libs/core/src/finding.cpp", None, ["libs/core/test/finding_test.cpp", "libs/core/test/trust_text_test.cpp"]),
     "names": ("libs/core/src/names.cpp", None, ["libs/core/test/names_test.cpp"]),
 }
 
@@ -86,7 +86,7 @@ SLOW = {"supervisor", "force_check", "certificate", "verdict_rotor", "verdict_sy
         "modal_selection", "blow_checks", "fmu_core", "fmu_state", *(name for name in TARGETS if name.startswith("finding_"))}
 
 # Beside their tests of rules these have statistics that take minutes: left out.
-RULES_ONLY = {"influence", "balancing_sign", "correction", "balancing_session"}
+RULES_ONLY = {"influence", "balancing_sign", "correction"}
 
 PRECOMPILED = """#include <gtest/gtest.h>
 #include <gmock/gmock.h>

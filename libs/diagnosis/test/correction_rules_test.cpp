@@ -21,7 +21,7 @@ CorrectionProblem one_plane(double scale) {
 }
 
 TEST(CorrectionRules, LeastSquaresAndTheSmallestMaximumAreToldApartAtAnyScale) {
-  for (const double scale : {1e-6, 1.0, 1e6}) {
+  for (const double scale : {1e-9, 1e-6, 1.0, 1e6}) {
     const CorrectionProblem p = one_plane(scale);
     const Correction squares = solve_correction(p, Criterion::least_squares);
     EXPECT_NEAR(std::abs(squares.masses[0] - C(0, 2.5)), 0, 1e-9);
