@@ -10,6 +10,10 @@ TEST(Names, IdentifiersAreVariablesOfEquations) {
   for (const char* bad : {"", "1x", "x y", "x'y", "'", "a-b", "\xCE\xB2", "x\n", "X5*/", "a.b", "x'''''''''"})
     EXPECT_FALSE(is_identifier(bad)) << bad;
   EXPECT_FALSE(is_identifier(std::string(129, 'x')));
+  EXPECT_TRUE(is_identifier(std::string(128, 'x')));
+  for (const char* at_the_end : {"a0", "z9", "A", "Z", "_", "x''"}) EXPECT_TRUE(is_identifier(at_the_end));
+  for (const char* beside : {"@", "[", "`", "{", "/", ":", "x/", "x:", "x@", "x[", "x`", "x{"})
+    EXPECT_FALSE(is_identifier(beside)) << beside;
   EXPECT_TRUE(is_left_side("x[k+1]"));
   EXPECT_FALSE(is_left_side("x[k+1]'"));
   EXPECT_FALSE(is_left_side("x[k]"));
