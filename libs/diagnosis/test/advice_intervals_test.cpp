@@ -12,7 +12,7 @@ namespace {
 constexpr double k95 = 1.959963984540054;
 
 /// Covariance of an eccentricity with these deviations along and across the direction `angle`.
-std::vector<double> covariance(double along, double across, double angle) {
+std::vector<double> covariance_of(double along, double across, double angle) {
   const double c = std::cos(angle), s = std::sin(angle), p = along * along, q = across * across;
   std::vector<double> out(25, 0);
   out[18] = c * c * p + s * s * q;
@@ -30,12 +30,12 @@ BalancingAdvice advice(double size, double angle, const std::vector<double>& cov
 // Mass 2 kg at 0.1 m: a correction of 20 times the eccentricity.
 TEST(AdviceIntervals, AnEllipseAlongTheEccentricityBoundsTheMassAndAcrossItTheAngle) {
   for (const double angle : {0.0, 0.5, 2.0, -1.2, 3.1}) {
-    const BalancingAdvice along = advice(1e-4, angle, covariance(1e-5, 1e-9, angle));
+    const BalancingAdvice along = advice(1e-4, angle, covariance_of(1e-5, 1e-9, angle));
     EXPECT_NEAR(along.mass_interval->low, 20 * (1e-4 - k95 * 1e-5), 1e-8) << angle;
     EXPECT_NEAR(along.mass_interval->high, 20 * (1e-4 + k95 * 1e-5), 1e-8) << angle;
     EXPECT_NEAR(along.mass_interval->sd, 20 * 1e-5, 1e-8);
     EXPECT_NEAR(along.angle_interval->high - along.angle_interval->low, 0, 1e-3);
-    const BalancingAdvice across = advice(1e-4, angle, covariance(1e-9, 1e-5, angle));
+    const BalancingAdvice across = advice(1e-4, angle, covariance_of(1e-9, 1e-5, angle));
     EXPECT_NEAR(across.mass_interval->low, 20 * 1e-4, 1e-7) << angle;
     EXPECT_NEAR(across.angle_interval->high - across.angle_interval->value, std::atan(k95 * 0.1), 1e-4);
     EXPECT_NEAR(across.angle_interval->value - across.angle_interval->low, std::atan(k95 * 0.1), 1e-4);
@@ -48,7 +48,7 @@ TEST(AdviceIntervals, AnEllipseAlongTheEccentricityBoundsTheMassAndAcrossItTheAn
 TEST(AdviceIntervals, WhereZeroLiesInTheEllipseAnyAngleMayBeRight) {
   const double angle = 0.9, any = 2 * M_PI;
   const auto width = [&](double along, double across) {
-    const BalancingAdvice a = advice(1e-4, angle, covariance(along, across, angle));
+    const BalancingAdvice a = advice(1e-4, angle, covariance_of(along, across, angle));
     EXPECT_EQ(a.mass_interval->low == 0, a.angle_interval->high - a.angle_interval->low > 6);
     return a.angle_interval->high - a.angle_interval->low;
   };
@@ -59,7 +59,7 @@ TEST(AdviceIntervals, WhereZeroLiesInTheEllipseAnyAngleMayBeRight) {
   // Zero beside the ellipse, but within its length.
   EXPECT_LT(
       [&] {
-        const BalancingAdvice a = advice(1e-4, angle, covariance(1e-4, 1e-6, angle + 0.5));
+        const BalancingAdvice a = advice(1e-4, angle, covariance_of(1e-4, 1e-6, angle + 0.5));
         return a.angle_interval->high - a.angle_interval->low;
       }(),
       3.2);
