@@ -42,11 +42,11 @@ def make(folder):
 
 
 def verdict(page):
-    """Cells of the first row of the first table by the names of its columns."""
+    """Cells of the first table: the name of a row to what stands beside it."""
     table = page[page.rfind(">Verdict</h2>"):]
+    table = table[:table.index("</table>")]
     text = [html.unescape(re.sub("<[^>]*>", "", cell)) for cell in re.findall(r"<t[hd][^>]*>.*?</t[hd]>", table)]
-    columns = text.index("next step") + 1
-    return dict(zip(text[:columns], text[columns:2 * columns]))
+    return dict(zip(text[::2], text[1::2]))
 
 
 def check(folder, truth, result):

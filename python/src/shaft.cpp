@@ -49,12 +49,12 @@ py::tuple response(const PythonRotor& r, const Speeds& speeds) {
     throw Error(r.source + ": no [[unbalance]] and no [[bow]]: nothing moves the rotor");
   std::vector<shaft::Reading> readings;
   py::list curves;
-  for (const pages::PlaceCurve& c :
-       pages::place_curves(r.job.rotor, r.system, shaft::unbalance_response(r.system, speeds))) {
-    readings.push_back({c.name, c.position, c.angle, shaft::peaks(speeds, c.amplitude)});
+  const shaft::Response found = pages::refined_response(r.job.rotor, r.system, speeds);
+  for (const pages::PlaceCurve& c : pages::place_curves(r.job.rotor, r.system, found)) {
+    readings.push_back({c.name, c.position, c.angle, shaft::peaks(found.speeds, c.amplitude)});
     curves.append(py::make_tuple(c.name, c.amplitude, c.phase));
   }
-  return py::make_tuple(as_python(shaft::response_json(readings)), curves);
+  return py::make_tuple(as_python(shaft::response_json(readings)), found.speeds, curves);
 }
 
 py::tuple simulate(const PythonRotor& r, double from, double to, double seconds, double rate_hz, bool full, int modes,

@@ -20,7 +20,7 @@ def test_every_template_goes_through_every_verb(name):
     lines = rotor.campbell(3000, points=9)
     assert lines.frequency.shape[0] == lines.speed.size == 9
     response = rotor.response(3000, points=50)
-    assert all(a.shape == (50,) for a, _ in response.curves.values())
+    assert response.speed.size >= 50 and all(a.shape == response.speed.shape for a, _ in response.curves.values())
     record = rotor.run(600, 500, 0.2)
     assert record["beta"].shape == (201,)
     for result in (lines, response):

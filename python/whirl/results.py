@@ -72,7 +72,9 @@ class NonlinearMode(Result):
     def frequency(self, amplitude):
         """Backbone, Hz, at amplitudes (peak) of the first harmonic."""
         p, a = {name: e.value for name, e in self.parameters.items()}, np.asarray(amplitude, dtype=float)
-        return np.sqrt(p["k1"] + 0.75 * p["k3"] * a**2 + 0.625 * p["k5"] * a**4) / (2 * np.pi)
+        square = p["k1"] + 0.75 * p["k3"] * a**2 + 0.625 * p["k5"] * a**4
+        third = 0.25 * p["k3"] * a**2 / (9 * square - p["k1"] - 1.5 * p["k3"] * a**2)  # harmonic, over the first
+        return np.sqrt(square + 0.75 * p["k3"] * a**2 * third) / (2 * np.pi)
 
     def _lines(self):
         columns = estimates({n: _estimate(self.document[n]) for n, e in self.parameters.items() if e.value})

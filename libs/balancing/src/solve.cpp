@@ -214,15 +214,21 @@ std::string text_of(const std::vector<BalancingSheet::OtherMass>& masses) {
 
 /// Vectors and masses counted in opposite senses mirror the answer. Where nobody stated the sense and the runs do not
 /// tell it, both answers are said.
-void add_other_sense(BalancingSheet& sheet, const JobFile& file, const JobOptions& o) {
+void add_other_sense(BalancingSheet& sheet, const JobFile& file, const JobOptions& o, const Balanced& b) {
   if (file.convention.sense_stated || !file.job.phases) return;
   JobFile other = file;
   other.convention.angles = file.convention.angles == "with" ? "against" : "with";
   for (diagnosis::BalancingRun& run : other.job.runs) run.masses = run.masses.conjugate().eval();
   const Balanced mirrored = solve(other, o);
   if (mirrored.fit.angles_reversed) return;  // the runs tell
-  const auto masses = places_to_go(other, mirrored.planes, mirrored.correction.masses);
-  sheet.summary.add({FindingCode::sense_not_stated, Consequence::warning, {}, text_of(masses)});
+  const Eigen::VectorXcd ours = b.correction.masses, theirs = mirrored.correction.masses.conjugate();
+  // Written angles count the other way there: alike answers are mirrored vectors.
+  constexpr double kAlike = 0.05;
+  const bool alike = ours.size() == theirs.size() && (ours - theirs).norm() <= kAlike * ours.norm();
+  sheet.summary.add({FindingCode::sense_not_stated,
+                     alike ? Consequence::warning : Consequence::unusable,
+                     {},
+                     text_of(places_to_go(other, mirrored.planes, mirrored.correction.masses))});
 }
 
 /// Other masses that the lengths allow.
@@ -296,7 +302,7 @@ BalancingSheet sheet_of(const std::string& title, const JobFile& file, const Job
   sheet.bound = b.correction.bound * amplitude;
   sheet.summary = b.fit.summary;
   add_other_answers(sheet, file, o, b);
-  add_other_sense(sheet, file, o);
+  add_other_sense(sheet, file, o, b);
   warn_of_differing_rates(file, sheet.summary);
   return sheet;
 }

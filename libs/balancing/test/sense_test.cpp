@@ -54,6 +54,7 @@ TEST(BalancingSense, UnstatedIsSaidWithTheOtherAnswer) {
   const Finding* said = job.sheet.summary.find(FindingCode::sense_not_stated);
   ASSERT_NE(said, nullptr);
   EXPECT_EQ(said->where, "10 g at 350 deg on P");
+  EXPECT_EQ(job.sheet.summary.status, Status::unusable);
   EXPECT_EQ(stated.sheet.summary.find(FindingCode::sense_not_stated), nullptr);
 }
 

@@ -156,7 +156,7 @@ InfluenceFit fit_influence(const BalancingJob& job, const InfluenceOptions& opti
                      Consequence::warning,
                      {{"share", repeats.share}, {"sd", repeats.sd}},
                      names_of(job, repeats.worst)});
-  if (fit.angles_reversed) fit.summary.add({FindingCode::angles_reversed, Consequence::warning});
+  if (fit.angles_reversed) fit.summary.add({FindingCode::angles_reversed, Consequence::unusable});
   if (!fit.noise.allFinite()) fit.summary.add({FindingCode::scatter_unknown, Consequence::warning});
   return fit;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <unordered_set>
 #include <vector>
 
 #include "whirl/core/error.hpp"
@@ -59,6 +60,14 @@ Steps neighbour_steps(const Eigen::VectorXd& x, double minimum, double maximum) 
   return out;
 }
 
+/// At most `most` different values.
+bool few_values(const Eigen::VectorXd& x, std::size_t most) {
+  std::unordered_set<double> values;
+  for (const double v : x)
+    if (values.insert(v).second && values.size() > most) return false;
+  return true;
+}
+
 /// Samples that stand out from both neighbours, in the same direction, by more than 20 times the median jump and by
 /// four times what these differ from one another and from theirs: the top of a pulse is no spike.
 std::pair<long, Eigen::Index> spikes(const Eigen::VectorXd& x) {
@@ -96,11 +105,13 @@ void judge_channel(const Channel& c, const Recording& record, ChannelInfo& info)
   const double range = info.maximum - info.minimum;
   const bool held = static_cast<double>(steps.equal) > 0.2 * static_cast<double>(x.size());
   const double levels = range / steps.smallest;
-  if (levels < 64) out.push_back(fmt::format("coarse: about {:.0f} levels between minimum and maximum", levels + 1));
+  // A short period has large steps from sample to sample without being coarse: its values are many.
+  const bool coarse = levels < 64 && few_values(x, static_cast<std::size_t>(2 * (levels + 1)));
+  if (coarse) out.push_back(fmt::format("coarse: about {:.0f} levels between minimum and maximum", levels + 1));
 
   for (const auto& [value, name] : {std::pair{info.maximum, "maximum"}, std::pair{info.minimum, "minimum"}}) {
     const Runs at_end = equal_runs(x, 3, [v = value](double s) { return s == v; });
-    if (at_end.long_ones >= 3 && !held && levels >= 64) {
+    if (at_end.long_ones >= 3 && !held && !coarse) {
       info.damage.push_back(fmt::format("clipped: the {} {:.6g} {} is held for 3 or more samples {} times", name, value,
                                         si_unit(c.quantity), at_end.long_ones));
     }

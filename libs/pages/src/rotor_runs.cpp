@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <random>
 
@@ -147,6 +148,62 @@ std::vector<PlaceCurve> place_curves(const shaft::Rotor& rotor, const shaft::Sys
     curves.push_back(std::move(c));
   }
   return curves;
+}
+
+namespace {
+
+/// Middles beside the maxima of a curve that a step of the grid still changes.
+void add_middles(const std::vector<double>& speeds, const Eigen::VectorXd& amplitude, std::vector<double>& middles) {
+  constexpr double kKnown = 2e-3;
+  for (Index k = 1; k + 1 < amplitude.size(); ++k) {
+    const double here = amplitude[k], before = amplitude[k - 1], after = amplitude[k + 1];
+    if (here < before || here < after || std::min(before, after) > (1 - kKnown) * here) continue;
+    const auto i = static_cast<std::size_t>(k);
+    middles.push_back(0.5 * (speeds[i - 1] + speeds[i]));
+    middles.push_back(0.5 * (speeds[i] + speeds[i + 1]));
+  }
+}
+
+Eigen::MatrixXcd columns_at(const Eigen::MatrixXcd& one, const Eigen::MatrixXcd& other,
+                            const std::vector<std::size_t>& order) {
+  Eigen::MatrixXcd out(one.rows(), one.cols() + other.cols());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const auto from = static_cast<Index>(order[k]);
+    out.col(static_cast<Index>(k)) = from < one.cols() ? one.col(from) : other.col(from - one.cols());
+  }
+  return out;
+}
+
+/// Both responses as one over ascending speed.
+shaft::Response joined(const shaft::Response& one, const shaft::Response& other) {
+  std::vector<double> speeds = one.speeds;
+  speeds.insert(speeds.end(), other.speeds.begin(), other.speeds.end());
+  std::vector<std::size_t> order(speeds.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, {}, [&](std::size_t k) { return speeds[k]; });
+  shaft::Response out;
+  for (const std::size_t k : order) out.speeds.push_back(speeds[k]);
+  out.x = columns_at(one.x, other.x, order);
+  out.y = columns_at(one.y, other.y, order);
+  out.body_x = columns_at(one.body_x, other.body_x, order);
+  out.body_y = columns_at(one.body_y, other.body_y, order);
+  return out;
+}
+
+}  // namespace
+
+shaft::Response refined_response(const shaft::Rotor& rotor, const shaft::System& system, std::vector<double> speeds) {
+  constexpr int kHalvings = 20;
+  shaft::Response r = shaft::unbalance_response(system, speeds);
+  for (int pass = 0; pass < kHalvings; ++pass) {
+    std::vector<double> middles;
+    for (const PlaceCurve& c : place_curves(rotor, system, r)) add_middles(r.speeds, c.amplitude, middles);
+    std::ranges::sort(middles);
+    middles.erase(std::unique(middles.begin(), middles.end()), middles.end());
+    if (middles.empty()) break;
+    r = joined(r, shaft::unbalance_response(system, middles));
+  }
+  return r;
 }
 
 RotorRecord simulated_record(const shaft::RotorJob& job, const SimulatedRun& o, const std::string& source) {

@@ -31,6 +31,7 @@ double robust_peak_to_peak(std::vector<double> samples) {
 void judge_zone(Verdict& v, const Recording& record, double service_speed) {
   const auto turning = diagnosis::rotation_of(record);
   if (!turning) return;
+  v.steady = diagnosis::at_one_speed(*turning);
   v.speed = service_speed > 0 ? service_speed : turning->highest_speed();
   for (const Channel& c : record.channels) {
     if (c.quantity != Quantity::displacement) continue;
@@ -61,10 +62,17 @@ std::string next_steps(const Verdict& v) {
     if (!step.empty() && std::ranges::count(steps, step) == 0) steps.push_back(std::move(step));
   };
   const char worst = std::max(v.zone, v.housing_zone ? v.housing_zone->zone : '\0');
-  if (worst == 'D') add("stop or limit the speed: zone D may damage the machine");
+  if (worst == 'D' && v.steady) add("stop or limit the speed: zone D may damage the machine");
+  // Orders of a speed that was taken from the vibration itself are a guess: nothing is done on it.
+  if (v.vibration.angle == diagnosis::AngleSource::vibration) {
+    add(fmt::format("record with a tacho: {:.0f} rpm is taken from the largest line",
+                    v.vibration.low_speed / kRadPerSecPerRpm));
+    return fmt::format("{}", fmt::join(steps, "; "));
+  }
   // 1X alone asks for balancing where the zone does.
   for (const auto* f : told(v))
-    if (f->remarkable || (f->code == diagnosis::VibrationCode::first_order && (worst == 'C' || worst == 'D')))
+    if (f->remarkable ||
+        (f->code == diagnosis::VibrationCode::first_order && v.steady && (worst == 'C' || worst == 'D')))
       add(next_step(*f));
   if (steps.empty()) return v.vibration.angle == diagnosis::AngleSource::none ? "record with a tacho" : "none";
   return fmt::format("{}", fmt::join(steps, "; "));
@@ -98,12 +106,14 @@ report::Table verdict_table(const std::vector<Verdict>& verdicts, const Signatur
   for (const Verdict& v : verdicts) {
     t.columns.push_back({v.record, "", Align::left});
     std::vector<std::string> findings, standard, zone;
+    if (v.vibration.angle == diagnosis::AngleSource::vibration)
+      findings.push_back(fmt::format("speed not measured; at {:.0f} rpm", v.vibration.low_speed / kRadPerSecPerRpm));
     for (const auto* f : told(v)) findings.push_back(short_text(*f));
     if (v.zone) {
       standard.push_back(fmt::format("ISO 20816-3 shaft: {} p-p at {:.0f} rpm (channel {})",
                                      report::format_quantity(v.peak_to_peak, Quantity::displacement),
                                      v.speed / kRadPerSecPerRpm, v.channel));
-      zone.emplace_back(1, v.zone);
+      zone.push_back(fmt::format("{}{}", v.zone, v.steady ? "" : " (the speed changes: for orientation)"));
     }
     if (v.velocity > 0) {
       standard.push_back(fmt::format("ISO 20816-3 housing: {} (channel {}){}",

@@ -163,7 +163,7 @@ DecayCurve decay_curve(const Eigen::Ref<const VectorXd>& x, double dt, const Dec
     if (!good) break;
     curve.points.push_back({(static_cast<double>(at) + 0.5 * static_cast<double>(n - 1)) * dt, a, start.p[0],
                             std::sqrt(variance * inverse.covariance(0, 0)), start.p[2],
-                            std::sqrt(variance * inverse.covariance(2, 2))});
+                            std::sqrt(variance * inverse.covariance(2, 2)), static_cast<double>(n) * dt});
     squares += sum.cost;
     freedom += used - static_cast<double>(start.p.size());
     window = start;

@@ -81,10 +81,10 @@ class Rotor:
         return Campbell(_whirl.Summary(), self._rotor.campbell(list(_RPM * np.linspace(0, to_rpm, points)), count))
 
     def response(self, to_rpm, from_rpm=60.0, points=400):
-        """Unbalance response of every probe; of the major axis at each disc where the file has no probe."""
-        speeds = _RPM * np.linspace(from_rpm, to_rpm, points)
-        document, curves = self._rotor.response(list(speeds))
-        return RotorResponse(_whirl.Summary(), document, speeds, {name: (a, phase) for name, a, phase in curves})
+        """Unbalance response of every probe; of the major axis at each disc where the file has no probe. Around peaks more
+        speeds than `points` are taken."""
+        document, speeds, curves = self._rotor.response(list(_RPM * np.linspace(from_rpm, to_rpm, points)))
+        return RotorResponse(_whirl.Summary(), document, np.array(speeds), {name: (a, phase) for name, a, phase in curves})
 
     def run(self, from_rpm, to_rpm, seconds, *, rate_hz=1000.0, full=False, modes=8, weight=False, noise_db=None, seed=1):
         """A simulated run-up or run-down as a Recording: probes (or discs), accelerometers, beta. `noise_db`: rms of a channel

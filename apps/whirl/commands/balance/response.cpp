@@ -44,6 +44,16 @@ void say_branches(const pages::SteadyResponse& found, const ResponseFlags& o, Se
   if (o.steady.isolas && found.isolas.empty()) session.say("isolas             none found");
 }
 
+/// What was asked for first: every response at the speeds stated.
+void say_answers(const pages::SteadyResponse& found, Session& session) {
+  for (const pages::SteadyAnswer& a : found.answers) {
+    const bool beyond = !found.known.holds(a.amplitude, a.omega);
+    session.say(fmt::format("at {:<15} {} ({}{})", fmt::format("{:g} rpm", a.omega / kRadPerSecPerRpm),
+                            found.amplitude_text(a.amplitude), a.stable ? "stable" : "unstable",
+                            beyond ? "; beyond the records, not to be trusted" : ""));
+  }
+}
+
 /// Peak, band, folds and branch points of all curves.
 void say_curve(const pages::SteadyResponse& found, Session& session) {
   std::vector<const response::ResponseCurve*> curves{&found.curve};
@@ -74,9 +84,6 @@ void say_curve(const pages::SteadyResponse& found, Session& session) {
       session.say(fmt::format("{:<18} {:.2f} rpm, {}", to_string(e.kind), e.solution.omega / kRadPerSecPerRpm,
                               found.amplitude_text(found.amplitude(e.solution))));
   session.say(fmt::format("points             {}, {} of them unstable", points, unstable));
-  for (const pages::SteadyAnswer& a : found.answers)
-    session.say(fmt::format("at {:<15} {} ({})", fmt::format("{:g} rpm", a.omega / kRadPerSecPerRpm),
-                            found.amplitude_text(a.amplitude), a.stable ? "stable" : "unstable"));
 }
 
 void run(ResponseFlags o, Session& session) {
@@ -103,6 +110,7 @@ void run(ResponseFlags o, Session& session) {
     session.say(std::isnan(found.peaks->jump_from)
                     ? fmt::format("slow sweeps        no jump up to {:g} times this forcing", o.steady.peaks_to)
                     : fmt::format("slow sweeps        jump from {:.3g} times this forcing on", found.peaks->jump_from));
+  say_answers(found, session);
   say_branches(found, o, session);
   say_curve(found, session);
   const io::Json json = to_json(found);

@@ -48,8 +48,9 @@ void rotor_response(const RotorResponseOptions& o, Session& session) {
   std::vector<double> speeds;
   for (int k = 0; k < o.points; ++k)
     speeds.push_back((o.from_rpm + (o.to_rpm - o.from_rpm) * k / (o.points - 1)) * kRadPerSecPerRpm);
-  const shaft::Response r = shaft::unbalance_response(loaded.system, speeds);
-  const Eigen::VectorXd speed = Eigen::Map<const Eigen::VectorXd>(speeds.data(), o.points);
+  const shaft::Response r = pages::refined_response(loaded.rotor, loaded.system, speeds);
+  const Eigen::VectorXd speed =
+      Eigen::Map<const Eigen::VectorXd>(r.speeds.data(), static_cast<Eigen::Index>(r.speeds.size()));
   const std::vector<pages::PlaceCurve> curves = pages::place_curves(loaded.rotor, loaded.system, r);
   if (curves.empty()) throw Error(o.rotor + ": no [[probe]] and no [[disc]]: nothing to look at");
   report::Table table;
@@ -57,7 +58,7 @@ void rotor_response(const RotorResponseOptions& o, Session& session) {
   table.columns = {{"place", ""}, {"speed", "rpm"}, {"peak", "um"}, {"amplification", ""}};
   std::vector<shaft::Reading> readings;
   for (const pages::PlaceCurve& c : curves) {
-    readings.push_back({c.name, c.position, c.angle, shaft::peaks(speeds, c.amplitude)});
+    readings.push_back({c.name, c.position, c.angle, shaft::peaks(r.speeds, c.amplitude)});
     for (const shaft::Peak& p : readings.back().peaks)
       table.add({c.name, report::format_fixed(p.speed / kRadPerSecPerRpm, 1),
                  report::format_number(1e6 * p.amplitude, 4), report::format_number(p.amplification, 3)});

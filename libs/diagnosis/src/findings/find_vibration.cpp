@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "findings/channel_study.hpp"
 #include "findings/vibration_angle.hpp"
@@ -200,16 +201,27 @@ const VibrationFinding* VibrationFindings::find(VibrationCode code, std::string_
 namespace {
 
 /// A run through a resonance turns the 1X vector within a block of turns, whose mean is too small: there the largest
-/// vector of a turn is the size, as in a Bode plot.
-void read_first_orders_by_turn(const Recording& record, const Rotation& turning, VibrationFindings& result) {
+/// vector of a turn is the size, as in a Bode plot. After the passage the rotor rings at its natural frequency, which
+/// lies at or below the speed of that vector (a fast run or a hardening spring shifts it up) and looks like half an
+/// order or a whirl.
+void read_runs_by_turn(const Recording& record, const Rotation& turning, VibrationFindings& result) {
+  constexpr double kLowest = 0.7, kHighest = 1.1;  // natural frequency over the speed of the largest vector
   if (at_one_speed(turning)) return;
+  std::map<std::string, double> passage;
   for (VibrationFinding& f : result.findings) {
     if (f.code != VibrationCode::first_order) continue;
     const signal::SynchronousCurve curve = order_curve(record, turning, f.channel);
     if (curve.vector.size() == 0) continue;
     Eigen::Index at = 0;
     f.size = curve.vector.cwiseAbs().maxCoeff(&at);
-    f.speed = curve.speed[at];
+    f.speed = passage[f.channel] = curve.speed[at];
+  }
+  for (VibrationFinding& f : result.findings) {
+    const auto critical = passage.find(f.channel);
+    if (critical == passage.end() || (f.code != VibrationCode::half_orders && f.code != VibrationCode::subsynchronous))
+      continue;
+    const double ratio = f.order * f.speed / critical->second;
+    if (ratio > kLowest && ratio < kHighest) f.causes.insert(f.causes.begin(), Cause::free_vibration);
   }
 }
 
@@ -233,7 +245,7 @@ VibrationFindings find_vibration(const Recording& record, const VibrationOptions
   const double tests = static_cast<double>(channels) * kVibrationCodes;
   for (const Channel& c : record.channels)
     if (vibrates(c)) study_channel(c, record, *turning, options, tests, result);
-  read_first_orders_by_turn(record, *turning, result);
+  read_runs_by_turn(record, *turning, result);
   if (halved) result.unjudged.push_back({"", VibrationCode::half_orders, UnjudgedReason::half_or_first});
   return result;
 }
@@ -247,9 +259,10 @@ std::string_view to_string(VibrationCode code) {
 }
 
 std::string_view to_string(Cause cause) {
-  constexpr std::string_view names[] = {"unbalance",  "bent_shaft", "misalignment", "unequal_stiffness", "oil_whirl",
-                                        "oil_whip",   "looseness",  "rub",          "electric",          "pickup",
-                                        "modulation", "run_out",    "thermal",      "other_machine"};
+  constexpr std::string_view names[] = {"unbalance", "bent_shaft",    "misalignment",  "unequal_stiffness",
+                                        "oil_whirl", "oil_whip",      "looseness",     "rub",
+                                        "electric",  "pickup",        "modulation",    "run_out",
+                                        "thermal",   "other_machine", "free_vibration"};
   return names[static_cast<std::size_t>(cause)];
 }
 

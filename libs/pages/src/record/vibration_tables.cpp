@@ -110,7 +110,8 @@ report::Table housing_table(const std::vector<RunVibration>& rows, const std::op
         "motion, or drift of the sensor.");
   if (!machine)
     t.notes.emplace_back(
-        "The class of the machine is not stated: give --machine 1-rigid, 1-flexible, 2-rigid or 2-flexible (group 1: "
+        "The class of the machine is not stated: whirl report takes --machine 1-rigid, 1-flexible, 2-rigid or "
+        "2-flexible (group 1: "
         "above 300 kW; group 2: above 15 kW to 300 kW).");
   if (passage)
     t.notes.emplace_back(

@@ -39,6 +39,8 @@ std::string cause_words(Cause cause) {
       return "an electric source (air gap, supply)";
     case Cause::pickup:
       return "electric pickup in the measuring chain";
+    case Cause::free_vibration:
+      return "the rotor's free vibration after the passage of its critical speed";
     case Cause::modulation:
       return "an amplitude or speed that changes periodically";
     case Cause::run_out:
@@ -189,6 +191,8 @@ std::string text(const diagnosis::Unjudged& u) {
 
 std::string next_step(const VibrationFinding& f) {
   if (f.ambiguous) return "record longer or at another speed: 2X and electric lines are not distinguished here";
+  if (!f.causes.empty() && f.causes.front() == Cause::free_vibration)
+    return "record at steady speed: free vibration after a passage dies out";
   switch (f.code) {
     case VibrationCode::first_order:
       return "balance (whirl balance) where 1X is too large";

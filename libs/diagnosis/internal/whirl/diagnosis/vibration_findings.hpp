@@ -38,12 +38,13 @@ enum class Cause {
   oil_whip,  ///< oil whirl locked to a natural frequency
   looseness,
   rub,
-  electric,       ///< of a motor or generator: air gap, supply
-  pickup,         ///< of the measuring chain: shielding, ground
-  modulation,     ///< an amplitude or a speed that changes periodically
-  run_out,        ///< of the surface under the probe
-  thermal,        ///< a bow or a unbalance that changes as the shaft warms
-  other_machine,  ///< vibration from outside
+  electric,        ///< of a motor or generator: air gap, supply
+  pickup,          ///< of the measuring chain: shielding, ground
+  modulation,      ///< an amplitude or a speed that changes periodically
+  run_out,         ///< of the surface under the probe
+  thermal,         ///< a bow or a unbalance that changes as the shaft warms
+  other_machine,   ///< vibration from outside
+  free_vibration,  ///< at the natural frequency, dying out after the passage of the critical speed
 };
 std::string_view to_string(Cause cause);
 

@@ -83,7 +83,7 @@ std::array<double, 5> rotor_values(const RotorModel& r) { return {r.k1, r.k2, r.
 }  // namespace
 
 std::string_view parameter_unit(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 52> units{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 55> units{
       {{"k1", "1/s^2"},
        {"k2", "1/(m^2 s^2)"},
        {"c", "1/s"},
@@ -101,6 +101,9 @@ std::string_view parameter_unit(std::string_view name) {
        {"zeta", "1"},
        {"rmse", "m"},
        {"k3", "1/(m^4 s^2)"},
+       {"k_cubic", "1/(m^2 s^2)"},
+       {"k_quintic", "1/(m^4 s^2)"},
+       {"c_quadratic", "1/m"},
        {"c2", "1/m"},
        {"friction", "m/s^2"},
        {"friction_speed", "m/s"},

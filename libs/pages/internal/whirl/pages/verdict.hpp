@@ -17,6 +17,7 @@ struct Verdict {
   /// Zone of the largest unfiltered shaft vibration of its displacement channels, at the speed judged (ISO 20816-3);
   /// 0 where it has none or does not reach the speed.
   char zone = 0;
+  bool steady = true;       ///< the run stays at one speed: what the zones are made for
   double peak_to_peak = 0;  ///< m, of that channel
   double speed = 0;         ///< rad/s, judged: the service speed, else the highest
   std::string channel;

@@ -14,7 +14,7 @@ namespace whirl::response {
 ///
 /// At an amplitude a (peak) of the first harmonic, by averaging (Nayfeh and Mook 1979, ch. 3):
 ///
-///   omega^2 = k1 + 3/4 k3 a^2 + 5/8 k5 a^4           backbone: the nonlinear normal mode's frequency
+///   omega^2 = k1 + 3/4 k3 a^2 + 5/8 k5 a^4 + 3/4 k3 a a3    backbone: the nonlinear normal mode's frequency
 ///   2 delta = (c + 8/(3 pi) q omega a + 4/pi f/(omega a)) omega^2 / (k1 + k3 a^2 + k5 a^4)
 ///
 /// delta = - a' / a is the rate of decay; the last factor is the energy that the loss has to take from the spring.
@@ -42,6 +42,7 @@ struct DecayPoint {
   double amplitude = 0;                    ///< of the first harmonic, peak
   double frequency = 0, frequency_sd = 0;  ///< of the motion, rad/s
   double rate = 0, rate_sd = 0;            ///< 1/s
+  double length = 0;                       ///< s, of the window
 };
 
 struct DecayOptions {
