@@ -55,7 +55,8 @@ TEST(HardeningE2e, HardeningCheckFindsEveryGuardAndPackagesAskForAll) {
   EXPECT_NE(slurp(source_dir() + "/debian/rules").find("\nexport DEB_BUILD_MAINT_OPTIONS = hardening=+all\n"),
             std::string::npos);
   if (!has_program("hardening-check")) GTEST_SKIP() << "hardening-check (devscripts) is not installed";
-  const auto check = shell(".", "LC_ALL=C hardening-check " + program());
+  const Folder folder;
+  const auto check = shell(folder / "", "LC_ALL=C hardening-check " + program());
   for (const char* guard :
        {"Position Independent Executable: yes", "Stack protected: yes", "Fortify Source functions: yes",
         "Read-only relocations: yes", "Immediate binding: yes", "Stack clash protection: yes"})

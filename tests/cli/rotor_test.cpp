@@ -58,7 +58,7 @@ TEST(RotorE2e, FitFindsTheBearingsOfARecordedRotor) {
   const auto unknowns = in.at("unknowns").items();
   EXPECT_EQ(unknowns[0].at("name").text(), "stiffness x of left");
   EXPECT_NEAR(unknowns[0].at("estimate").at("value").number(), 1.3e6, 1.3e4);
-  EXPECT_EQ(io::read_table(folder / "motion.csv").rows(), 200);
+  EXPECT_GE(io::read_table(folder / "motion.csv").rows(), 200);  // more around the resonances
   EXPECT_EQ(folder.whirl("rotor criticals fitted.toml --to-rpm 5000").exit_code, 0);
   const Outcome missing = folder.whirl("rotor fit drawing.toml up.csv");
   EXPECT_EQ(missing.exit_code, 2);

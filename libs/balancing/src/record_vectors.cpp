@@ -19,7 +19,7 @@ using Complex = std::complex<double>;
 using Eigen::Index;
 // Percent of a run that modes explain: with one mode so much that a second is not looked for, and so much that the run
 // is taken for theirs.
-constexpr double kByOne = 98, kExplained = 95;
+constexpr double kByOne = 98, kExplained = modal::kRunupExplained;
 constexpr double kScatter = 1.5;  // what is left may be this many times the scatter from turn to turn
 
 /// Sd of the vectors, from second differences: the run itself is smooth.

@@ -212,15 +212,15 @@ std::string text_of(const std::vector<BalancingSheet::OtherMass>& masses) {
   return text;
 }
 
-/// Vectors and masses counted in opposite senses mirror the answer. Where nobody stated the sense and the runs do not
-/// tell it, both answers are said.
+/// Vectors and masses counted in opposite senses mirror the answer. Where the sense is not stated and the runs do not
+/// show it, both answers are reported.
 void add_other_sense(BalancingSheet& sheet, const JobFile& file, const JobOptions& o, const Balanced& b) {
   if (file.convention.sense_stated || !file.job.phases) return;
   JobFile other = file;
   other.convention.angles = file.convention.angles == "with" ? "against" : "with";
   for (diagnosis::BalancingRun& run : other.job.runs) run.masses = run.masses.conjugate().eval();
   const Balanced mirrored = solve(other, o);
-  if (mirrored.fit.angles_reversed) return;  // the runs tell
+  if (mirrored.fit.angles_reversed) return;  // the runs show it
   const Eigen::VectorXcd ours = b.correction.masses, theirs = mirrored.correction.masses.conjugate();
   // Written angles count the other way there: alike answers are mirrored vectors.
   constexpr double kAlike = 0.05;

@@ -25,14 +25,15 @@ struct Mass {
 };
 
 /// Runs of a machine with 20 um at 40 deg as found and 2 um/g at -70 deg, phases as lag, mass angles with the rotation.
-SolvedJob solved(const std::vector<Mass>& masses, bool stated) {
+/// `sense`: -1 writes the mass angles against it.
+SolvedJob solved(const std::vector<Mass>& masses, bool stated, int sense = 1) {
   const Complex found = std::polar(20.0, -40 * kDegree), influence = std::polar(2.0, 70 * kDegree);
   std::string text = "run_1,speed_rpm,A_amp_um,A_phase_deg,P_mass_gram,P_angle_deg\n";
   int run = 0;
   for (const Mass& m : masses) {
     const Complex v = found + influence * std::polar(m.gram, m.degrees * kDegree);
-    text +=
-        fmt::format("{},1500,{:.12g},{:.12g},{},{}\n", ++run, std::abs(v), -std::arg(v) / kDegree, m.gram, m.degrees);
+    text += fmt::format("{},1500,{:.12g},{:.12g},{},{}\n", ++run, std::abs(v), -std::arg(v) / kDegree, m.gram,
+                        sense * m.degrees);
   }
   const auto path = std::filesystem::temp_directory_path() / fmt::format("whirl_sense_{}.csv", ::getpid());
   io::write_text(path, text);
@@ -61,6 +62,15 @@ TEST(BalancingSense, UnstatedIsSaidWithTheOtherAnswer) {
 TEST(BalancingSense, RunsThatTellNeedNoStatement) {
   const SolvedJob job = solved({{0, 0}, {5, 30}, {5, 150}, {4, 250}, {6, 90}, {0, 0}}, false);
   EXPECT_EQ(job.sheet.summary.find(FindingCode::sense_not_stated), nullptr);
+}
+
+// The runs agree only with mass angles counted the other way: masses by the statement would be wrong.
+TEST(BalancingSense, AStatementThatAllRunsContradictGivesNoMasses) {
+  std::vector<Mass> mirrored{{0, 0}, {5, 30}, {5, 150}, {4, 250}, {6, 90}, {0, 0}};
+  const SolvedJob job = solved(mirrored, true, -1);
+  EXPECT_NE(job.sheet.summary.find(FindingCode::angles_reversed), nullptr);
+  EXPECT_EQ(job.sheet.summary.status, Status::unusable);
+  EXPECT_EQ(solved(mirrored, true).sheet.summary.find(FindingCode::angles_reversed), nullptr);
 }
 
 TEST(BalancingSense, ASolvedEquationLeavesNothing) {

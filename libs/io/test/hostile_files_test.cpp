@@ -26,6 +26,16 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
+/// Name, unit, length and sum of every signal.
+std::string summary(const SignalFile& file) {
+  std::string out;
+  for (const SignalTable& table : file.tables) {
+    for (const Signal& s : table.signals)
+      out += fmt::format("{} {} {} {};", s.name, s.unit, s.value.size(), s.value.sum());
+  }
+  return out;
+}
+
 std::string content_of(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
@@ -182,14 +192,6 @@ TEST(CutFilesProperty, NothingIsShorterInSilence) {
   record.add("x", Quantity::displacement, Eigen::VectorXd::LinSpaced(200, 0, 1e-3));
   record.add("y", Quantity::displacement, Eigen::VectorXd::LinSpaced(200, 1e-3, -2e-3));
   record.add("speed", Quantity::angular_velocity, Eigen::VectorXd::LinSpaced(200, 100, 120));
-  const auto summary = [](const SignalFile& file) {
-    std::string out;
-    for (const SignalTable& table : file.tables) {
-      for (const Signal& s : table.signals)
-        out += fmt::format("{} {} {} {};", s.name, s.unit, s.value.size(), s.value.sum());
-    }
-    return out;
-  };
   for (const std::string ending : {".csv.gz", ".h5", ".mat", ".npz", ".wav", ".lvm", ".uff", ".lvm.gz", ".uff.gz"}) {
     const testing::TemporaryFolder folder;
     const std::filesystem::path path = folder.path() / ("record" + ending);
@@ -223,14 +225,6 @@ struct CutCounts {
 CutCounts cut_everywhere(const testing::FileKind& kind, const testing::TemporaryFolder& folder, std::mt19937_64 random,
                          const std::function<SignalFile(const std::filesystem::path&)>& read) {
   constexpr std::size_t kCuts = 60, kAtTheEnd = 20;
-  const auto summary = [](const SignalFile& file) {
-    std::string out;
-    for (const SignalTable& table : file.tables) {
-      for (const Signal& s : table.signals)
-        out += fmt::format("{} {} {} {};", s.name, s.unit, s.value.size(), s.value.sum());
-    }
-    return out;
-  };
   int remarks = 0;
   const RemarkHandler before =
       set_remark_handler([&](const std::string&, const std::string&, RemarkCode) { ++remarks; });

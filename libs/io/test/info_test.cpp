@@ -59,6 +59,14 @@ TEST(Info, FindsWhatIsSuspicious) {
               ElementsAre(HasSubstr("coarse: about 17 levels"), HasSubstr("repeat their neighbour")));
 }
 
+// Eight samples a period jump by an eighth of the range at least: that is no coarse converter.
+TEST(InfoReference, AShortPeriodIsNotCoarse) {
+  Eigen::VectorXd x(4000);
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    x[i] = std::cos(2 * std::numbers::pi * 0.125 * static_cast<double>(i)) * (1 + 1e-5 * static_cast<double>(i));
+  EXPECT_THAT(info_of(x).findings, IsEmpty());
+}
+
 TEST(InfoReference, TheMeasuredHammerRecordIsDescribed) {
   const auto file = testing::data_file("modal/hammer_raw.csv.gz");
   WHIRL_REQUIRE_DATA(file);

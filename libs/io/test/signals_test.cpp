@@ -132,6 +132,20 @@ TEST(SignalsReference, LvmWithDecimalCommaAndWithSegments) {
   EXPECT_EQ(recording_of(segments, {.columns = {"c:x_mm"}})["x"][1], 2e-3);
 }
 
+// What all channels of a file have in common is one remark, with three names at most.
+TEST(Signals, LvmReportsOnceWhatChannelsHaveInCommon) {
+  std::string titles = "X_Value", zeros, counts;
+  for (int k = 0; k < 5; ++k) titles += "\tc" + std::to_string(k), zeros += "\t0.5", counts += "\t9";
+  const std::string file =
+      "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\tNo\n***End_of_Header***\t\n\t\n"
+      "Channels\t5\nSamples" +
+      counts + "\nDelta_X" + zeros + "\n***End_of_Header***\n" + titles + "\n" + zeros + "\n" + zeros + "\n";
+  EXPECT_THAT(
+      parse_lvm(file, "a.lvm").findings,
+      ::testing::UnorderedElementsAre("5 channels ('c0', 'c1', 'c2', ...): header declares 9 samples, 2 are present",
+                                      "5 channels ('c0', 'c1', 'c2', ...): no unit"));
+}
+
 TEST(SignalsReference, WavNeedsACalibration) {
   const SignalFile file = read_signals(corpus("wav/pcm24.wav"));
   EXPECT_THAT(file.findings, Contains(HasSubstr("calibration")));

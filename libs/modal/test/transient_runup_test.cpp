@@ -59,6 +59,8 @@ TEST(TransientRunupReference, MeasuredRunThroughTheCriticalSpeed) {
   EXPECT_NEAR(fit(RunupModel::transient, 1).fit_percent, 68.7, 0.5);
   EXPECT_NEAR(steady.fit_percent, 78.7, 0.5);
   EXPECT_GE(transient.fit_percent, 85);
+  EXPECT_LT(transient.fit_percent, kRunupExplained);
+  EXPECT_NE(transient.summary.status, Status::ok) << "its standard deviations are those of the noise alone";
   EXPECT_GE(transient.fit_percent, steady.fit_percent + 7);
   EXPECT_NEAR(transient.peak_speed / kRpm, 1665, 10);
   EXPECT_NEAR(transient.peak_speed_measured / kRpm, 1665, 10);

@@ -118,6 +118,25 @@ TEST(DecayProperty, DrivenPartIsLeftOutAndTwoModesAreRefused) {
   }
 }
 
+// Rates that scatter without order, as those of a motion that is still driven: refused, though each is precise.
+TEST(DecayProperty, RatesWithoutOrderAreNoDecay) {
+  std::mt19937_64 random(9);
+  std::uniform_real_distribution<double> even(0, 2);
+  int refused = 0;
+  for (int n = 0; n < 20; ++n) {
+    DecayCurve curve;
+    for (int w = 0; w < 15; ++w) {
+      const double rate = even(random);
+      curve.points.push_back({0.2 * w, 1e-4 * std::exp(-0.1 * w), 230, 0.01, rate, 0.08});
+    }
+    const NonlinearMode mode = fit_decay(curve);
+    EXPECT_EQ(mode.summary.status == Status::unusable, mode.rate_spread > 0.5 || mode.chi_square > 100) << n;
+    EXPECT_NE(mode.summary.status, Status::ok) << n;
+    refused += mode.summary.status == Status::unusable;
+  }
+  EXPECT_GE(refused, 10);
+}
+
 // Strong cubic stiffness with quadratic damping: the third harmonic, 0.7 % of the first, moves k3 by 1 % and q by 10 %.
 TEST(DecayProperty, StrongCubicStiffnessLeavesItsNeighboursRight) {
   int held = 0, all = 0;

@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "loopback.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rt/drivers/udp_board.hpp"
 #include "whirl/testing/alloc_guard.hpp"
@@ -109,21 +110,8 @@ TEST(BoardKey, AFileThatOthersReadAShortKeyAndNoFileAreRefusedWithTheCure) {
 }
 
 /// A board with a key: sends what a test says.
-struct SealedPeer {
-  int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  sockaddr_in host{};
-  std::string address;
+struct SealedPeer : LoopbackSocket {
   std::uint64_t host_start = 0;
-  SealedPeer() {
-    sockaddr_in at{};
-    at.sin_family = AF_INET;
-    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof at;
-    EXPECT_EQ(::bind(fd, reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
-    ::getsockname(fd, reinterpret_cast<sockaddr*>(&at), &size);
-    address = "127.0.0.1:" + std::to_string(ntohs(at.sin_port));
-  }
-  ~SealedPeer() { ::close(fd); }
   board::Starts receive() {
     Bytes b(200);
     socklen_t size = sizeof host;

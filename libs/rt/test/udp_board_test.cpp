@@ -15,6 +15,7 @@
 #include <memory>
 #include <vector>
 
+#include "loopback.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::rt {
@@ -121,19 +122,8 @@ TEST(BoardProtocol, AnAddressIsIPv4AndPort) {
 }
 
 /// The board's end of the connection.
-struct Peer {
-  int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  sockaddr_in host{};
-  std::string address;
-  explicit Peer(sockaddr_in at = {}) {
-    at.sin_family = AF_INET;
-    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof at;
-    EXPECT_EQ(::bind(fd, reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
-    ::getsockname(fd, reinterpret_cast<sockaddr*>(&at), &size);
-    address = "127.0.0.1:" + std::to_string(ntohs(at.sin_port));
-  }
-  ~Peer() { ::close(fd); }
+struct Peer : LoopbackSocket {
+  using LoopbackSocket::LoopbackSocket;
   Bytes receive() {
     Bytes b(100);
     socklen_t size = sizeof host;

@@ -276,7 +276,7 @@ class SpeedLimits(Result):
 
 @dataclass(repr=False)
 class PassagePlan(_Table):
-    """Accelerations in rad/s^2: `needed` is 0 where any keeps the limit, None where none does."""
+    """Accelerations in rad/s^2: `needed` is 0 where 30 rpm/s keeps the limit, None where none does."""
 
     _list = "passages"
     _names = ("critical", "needed", "peak", "peak_slow", "place")

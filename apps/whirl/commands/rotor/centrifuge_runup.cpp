@@ -17,7 +17,7 @@ struct CentrifugeRunUpOptions {
 };
 
 std::string rate_text(double acceleration) {
-  if (acceleration == 0) return "any";
+  if (acceleration == 0) return "at most 30";
   return std::isinf(acceleration) ? "none" : report::format_number(acceleration * kRpmPerRadPerSec, 3);
 }
 
@@ -41,7 +41,8 @@ void centrifuge_runup(const CentrifugeRunUpOptions& o, Session& session) {
                report::format_fixed(p.from * kRpmPerRadPerSec, 0), report::format_fixed(p.to * kRpmPerRadPerSec, 0),
                rate_text(p.needed), um(p.peak), p.place, um(p.peak_slow), um(p.peak_drive)});
   table.notes = {
-      "needed: least acceleration from ... to ... that keeps the limit; elsewhere any. slow: at 30 rpm/s. largest: at "
+      "needed: least acceleration from ... to ... that keeps the limit; elsewhere any. slow: at 30 rpm/s, the slowest "
+      "looked at. largest: at "
       "what is needed."};
   session.say(plan.passages.empty() ? fmt::format("no forward critical speed up to {:g} rpm", o.to_rpm)
                                     : report::to_text(table));

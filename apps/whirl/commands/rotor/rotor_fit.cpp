@@ -97,6 +97,9 @@ void rotor_fit(const RotorFitOptions& o, Session& session) {
   }
   std::vector<double> speeds;
   for (int k = 0; k < o.points; ++k) speeds.push_back(lowest + (highest - lowest) * k / (o.points - 1));
+  // A resonance is narrower than any grid: its peak is among the speeds.
+  if (!o.at_mm.empty() || !o.motion.empty())
+    speeds = pages::refined_response(fit.rotor, shaft::assemble(fit.rotor), speeds).speeds;
   std::vector<shaft::VirtualProbe> motions;
   std::vector<shaft::VirtualForce> forces;
   for (const double mm : o.at_mm) motions.push_back(shaft::virtual_probe(fit, 1e-3 * mm, speeds));
@@ -150,7 +153,9 @@ void add_rotor_fit(CommandLine& rotor, Session& session) {
   sub->add_option("ROTOR", o->rotor, "rotor file")->input()->required();
   sub->add_option("RUNS", o->runs, "records, one a run")->input()->required();
   sub->add_option("--at-mm", o->at_mm, "station of a virtual probe: motion there with its interval; may be repeated");
-  sub->add_option("--points", o->points, "speeds of the virtual probes")->range(2, 100000)->show_default();
+  sub->add_option("--points", o->points, "speeds of the virtual probes at least; more around resonances")
+      ->range(2, 100000)
+      ->show_default();
   sub->add_option("--restarts", o->restarts, "further starts where the first descent leaves a misfit")
       ->range(0, 1000)
       ->show_default();

@@ -58,7 +58,7 @@ void add_rotor_which(CommandLine& rotor, Session& session) {
       rotor, session, "which", "Which rotor is on it? Drawings that explain a run, by vibration and inertia",
       "Input: a record of a run-up or run-down, and two rotor files or more as `whirl rotor fit` takes them. Each is "
       "fitted to the\n"
-      "record with what its [fit] leaves open. With --torque-nm the acceleration tells the moment of inertia too. Exit "
+      "record with what its [fit] leaves open. With --torque-nm the acceleration shows the moment of inertia too. Exit "
       "code 1 where\n"
       "none of them explains the record.\n\n"
       "Example: whirl rotor which spinup.csv small.toml large.toml --torque-nm 1.5",

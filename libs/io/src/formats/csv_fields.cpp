@@ -65,4 +65,19 @@ bool is_number(std::string_view text) {
   return parse_number(copy, value) != Parsed::bad;
 }
 
+char delimiter_of(std::string_view header, std::string_view ahead) {
+  const bool quotes = std::ranges::count(header, '"') % 2 == 0;  // else one stands for inches
+  for (const char c : {';', '\t', ','})
+    if (quotes ? split(header, c).size() > 1 : header.find(c) != std::string_view::npos) return c;
+  const auto words = [](std::string_view t) {
+    std::vector<std::string_view> out;
+    for (const std::string_view f : split(t, ' '))
+      if (!trim_of(f, " \t\r").empty()) out.push_back(trim_of(f, " \t\r"));
+    return out;
+  };
+  const auto names = words(header), values = words(ahead.substr(0, ahead.find('\n')));
+  const bool numbers = std::all_of(values.begin(), values.end(), [](auto v) { return is_number(v); });
+  return names.size() > 1 && names.size() == values.size() && numbers ? ' ' : ',';
+}
+
 }  // namespace whirl::io::detail

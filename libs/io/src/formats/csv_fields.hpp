@@ -16,5 +16,7 @@ Parsed parse_number(std::string_view text, double& value);
 bool is_missing(std::string_view text);
 /// A number with a decimal point or comma.
 bool is_number(std::string_view text);
+/// The delimiter of a header line. Blanks, where as many words stand in the header as numbers in the line of `ahead`.
+char delimiter_of(std::string_view header, std::string_view ahead);
 
 }  // namespace whirl::io::detail

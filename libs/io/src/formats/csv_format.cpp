@@ -1,4 +1,6 @@
 // CSV in the catalogue: what no other format knows is taken for it.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "format.hpp"
@@ -6,6 +8,17 @@
 #include "whirl/io/frf_csv.hpp"
 
 namespace whirl::io {
+
+std::string to_string(const CsvDialect& d) {
+  std::string out = d.delimiter == '\t' ? "tab" : fmt::format("'{}'", d.delimiter);
+  out += fmt::format(" between values, decimal '{}'", d.decimal);
+  if (d.trailing_delimiter) out += ", delimiter at line ends";
+  if (d.byte_order_mark) out += ", byte order mark";
+  if (d.carriage_return) out += ", CR LF";
+  if (d.compressed) out += ", gzip";
+  return out;
+}
+
 namespace {
 
 SignalFile signals_from_csv(const std::filesystem::path& path, const CsvOptions& options) {

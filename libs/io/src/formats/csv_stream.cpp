@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "formats/csv_fields.hpp"
 #include "formats/csv_header.hpp"
 #include "formats/csv_headless.hpp"
+#include "formats/csv_lines.hpp"
 #include "formats/csv_stamp.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
@@ -18,7 +18,6 @@
 namespace whirl::io {
 namespace {
 
-constexpr std::size_t kLineBuffer = std::size_t{1} << 20;  // also the longest line
 constexpr std::size_t kMaxColumns = 4096;
 using detail::is_missing;
 using detail::is_number;
@@ -31,40 +30,23 @@ using detail::unquote;
 
 }  // namespace
 
-std::string to_string(const CsvDialect& d) {
-  std::string out = d.delimiter == '\t' ? "tab" : fmt::format("'{}'", d.delimiter);
-  out += fmt::format(" between values, decimal '{}'", d.decimal);
-  if (d.trailing_delimiter) out += ", delimiter at line ends";
-  if (d.byte_order_mark) out += ", byte order mark";
-  if (d.carriage_return) out += ", CR LF";
-  if (d.compressed) out += ", gzip";
-  return out;
-}
-
-struct CsvStream::State {
-  ByteSource source;
+struct CsvStream::State : detail::CsvLines {
   CsvOptions options;
   CsvDialect dialect;
   std::vector<CsvColumn> columns;
   std::vector<detail::Heading> header;  // of the file; texts are empty when it has none
   std::vector<int> target;              // per file column: index in `columns`, -1 when not read
-  long line = 0;                        // number of the line read last
   long first_line = 0;
   int time = -1;
   int decimals = 0;
   bool exponent = false;
   bool decimal_known = false;
 
-  std::unique_ptr<char[]> buffer = std::make_unique_for_overwrite<char[]>(kLineBuffer);
-  std::size_t begin = 0, end = 0;
-  bool eof = false;
   bool blank_seen = false;
-  bool open_line = false;  // the last one has no line end
 
   detail::StampColumns stamps;
-  std::string even_blanks;  // a line of values between blanks, with one of them each
 
-  State(ByteSource s, const CsvOptions& o) : source(std::move(s)), options(o) {
+  State(ByteSource s, const CsvOptions& o) : CsvLines(std::move(s)), options(o) {
     dialect.compressed = source.compressed();
     read_header();
   }
@@ -85,43 +67,6 @@ struct CsvStream::State {
   std::string column_name(std::size_t file_column) const {
     return !header[file_column].text.empty() ? fmt::format("column '{}'", shown(header[file_column].text))
                                              : fmt::format("column {}", file_column + 1);
-  }
-
-  void refill() {
-    std::memmove(buffer.get(), buffer.get() + begin, end - begin);
-    end -= begin;
-    begin = 0;
-    if (end == kLineBuffer) {
-      fail(fmt::format("longer than {} bytes: this is no CSV file", kLineBuffer), line + 1);
-    }
-    const std::size_t n = source.read(buffer.get() + end, kLineBuffer - end);
-    if (n < kLineBuffer - end) eof = true;
-    end += n;
-  }
-
-  /// The next line without its end; false at the end of the file. Valid until the next call.
-  bool get_line(std::string_view& out) {
-    const char* newline = nullptr;
-    while (true) {
-      newline = static_cast<const char*>(std::memchr(buffer.get() + begin, '\n', end - begin));
-      if (newline || eof) break;
-      refill();
-    }
-    if (begin == end) return false;
-    const char* first = buffer.get() + begin;
-    const char* last = newline ? newline : buffer.get() + end;
-    begin = newline ? static_cast<std::size_t>(newline - buffer.get()) + 1 : end;
-    open_line = newline == nullptr;
-    ++line;
-    if (last > first && last[-1] == '\r') --last;
-    out = {first, static_cast<std::size_t>(last - first)};
-    if (dialect.delimiter == ' ') {
-      even_blanks.clear();
-      for (const char c : trim_of(out))
-        if ((c != ' ' && c != '\t') || even_blanks.back() != ' ') even_blanks += c == '\t' ? ' ' : c;
-      out = even_blanks;
-    }
-    return true;
   }
 
   void read_header() {
@@ -155,9 +100,10 @@ struct CsvStream::State {
       if (!get_line(text)) fail("has no header and no data", 0);
       dialect.delimiter = said;
     } else {
-      dialect.delimiter = delimiter_of(text);
+      dialect.delimiter = detail::delimiter_of(text, untaken());
     }
-    if (dialect.delimiter == ' ') {
+    blanks_between = dialect.delimiter == ' ';
+    if (blanks_between) {
       begin = static_cast<std::size_t>(text.data() - buffer.get()), --line;
       get_line(text);
     }
@@ -224,7 +170,7 @@ struct CsvStream::State {
   /// A line of units below the header, and the blank lines that instruments leave before the data.
   void read_units() {
     for (bool units = false;;) {
-      const std::string_view ahead(buffer.get() + begin, end - begin);
+      const std::string_view ahead = untaken();
       const std::size_t newline = ahead.find('\n');
       if (newline == std::string_view::npos) return;
       std::string_view text = ahead.substr(0, newline);
@@ -239,25 +185,8 @@ struct CsvStream::State {
     }
   }
 
-  /// The delimiter of a header line. Blanks, where as many words stand in the header as numbers in the next line.
-  char delimiter_of(std::string_view text) const {
-    const bool quotes = std::ranges::count(text, '"') % 2 == 0;  // else one stands for inches
-    for (const char c : {';', '\t', ','})
-      if (quotes ? split(text, c).size() > 1 : text.find(c) != std::string_view::npos) return c;
-    const std::string_view ahead(buffer.get() + begin, end - begin);
-    const auto words = [](std::string_view t) {
-      std::vector<std::string_view> out;
-      for (const std::string_view f : split(t, ' '))
-        if (!trim_of(f, " \t\r").empty()) out.push_back(trim_of(f, " \t\r"));
-      return out;
-    };
-    const auto names = words(text), values = words(ahead.substr(0, ahead.find('\n')));
-    const bool numbers = std::all_of(values.begin(), values.end(), [](auto v) { return is_number(v); });
-    return names.size() > 1 && names.size() == values.size() && numbers ? ' ' : ',';
-  }
-
   void find_stamps() {
-    const std::string_view ahead(buffer.get() + begin, end - begin);
+    const std::string_view ahead = untaken();
     std::string_view text = ahead.substr(0, ahead.find('\n'));
     if (text.ends_with('\r')) text.remove_suffix(1);
     const bool numbered = std::any_of(header.begin(), header.end(), [](const detail::Heading& h) {
@@ -338,7 +267,7 @@ struct CsvStream::State {
 
   /// The line among the next that looks like the header.
   std::optional<long> header_line() const {
-    std::string_view ahead(buffer.get() + begin, end - begin);
+    std::string_view ahead = untaken();
     for (long at = line + 1; at <= line + 100 && !ahead.empty(); ++at) {
       const std::size_t newline = ahead.find('\n');
       std::string_view text = ahead.substr(0, newline);
@@ -365,7 +294,7 @@ struct CsvStream::State {
       }
       dialect.decimal = *options.decimal;
     } else if (dialect.delimiter != ',') {
-      std::string_view ahead(buffer.get() + begin, end - begin);
+      std::string_view ahead = untaken();
       if (const std::size_t last = ahead.rfind('\n'); last != std::string_view::npos) ahead = ahead.substr(0, last);
       std::size_t column = 0;
       while (!ahead.empty()) {  // dates and times have points of their own

@@ -410,13 +410,12 @@ TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientR
   fit.amplification = half_power(run.omega, run.vector);
   // The standard deviations are those of the noise; a model that leaves more than that does not have its errors in
   // them.
-  constexpr double kLeast = 95;
-  if (fit.fit_percent < kLeast)
+  if (fit.fit_percent < kRunupExplained)
     fit.summary.warn(
         fmt::format("the modes explain {:.1f} % of the vectors, less than {:g} %: their errors are larger than "
                     "the standard deviations stated; another number of modes, or stiffness that depends on "
                     "the amplitude (whirl identify)",
-                    fit.fit_percent, kLeast));
+                    fit.fit_percent, kRunupExplained));
   fit.summary.trust = fmt::format(
       "Frequencies and damping hold for this run at {:.3g} rad/s^2{}; one probe and one run do not fix two modes "
       "uniquely.",

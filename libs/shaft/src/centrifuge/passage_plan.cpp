@@ -44,16 +44,16 @@ Rotor loaded(const Rotor& rotor, const CentrifugeSetup& setup) {
 
 class Passages {
  public:
-  Passages(const Rotor& rotor, const PassageOptions& options) : o_(options) {
-    const System full = assemble(rotor);
+  /// `drawn`: the rotor of the file, whose probes or discs are looked at; `machine`: as it runs.
+  Passages(const Rotor& drawn, const Rotor& machine, const PassageOptions& options) : o_(options) {
+    const System full = assemble(machine);
     system_ = reduce(full, {.modes = 8, .static_shapes = true, .highest = o_.highest}).system;
     for (const Critical& c : criticals(full, o_.highest))
       if (c.direction > 0) speeds_.push_back(c.speed);
     std::ranges::sort(speeds_);
-    for (const Probe& p : rotor.probes) places_.push_back({p.name, full.node_at(p.position)});
+    for (const Probe& p : drawn.probes) places_.push_back({p.name, full.node_at(p.position)});
     if (places_.empty())
-      for (const Disc& d : rotor.discs)
-        if (d.name != "load") places_.push_back({d.name, full.node_at(d.position)});
+      for (const Disc& d : drawn.discs) places_.push_back({d.name, full.node_at(d.position)});
     if (places_.empty()) throw Error("the rotor file has no [[probe]] and no [[disc]]: nothing to look at");
   }
 
@@ -132,19 +132,12 @@ PassagePlan plan_passages(const Rotor& rotor, const CentrifugeSetup& setup, cons
   PassagePlan plan;
   plan.inertia = machine.polar_inertia();
   plan.drive = o.torque > 0 ? o.torque / plan.inertia : std::nan("");
-  const Passages passages(machine, o);
+  const Passages passages(rotor, machine, o);
   for (std::size_t k = 0; k < passages.count(); ++k) {
     Passage p = passages.passage(k);
     p.peak_drive = o.torque > 0 ? passages.peak(p, plan.drive).size : std::nan("");
     plan.passages.push_back(p);
   }
-  double covered = 0;
-  for (const Passage& p : plan.passages) {
-    plan.seconds += (p.to - p.from) / std::clamp(p.needed, o.slowest, o.fastest);
-    covered += p.to - p.from;
-  }
-  const double elsewhere = std::isfinite(plan.drive) ? plan.drive : o.slowest;
-  plan.seconds += std::max(0.0, o.highest - covered) / elsewhere;
   judge(plan, o);
   return plan;
 }
@@ -165,8 +158,7 @@ io::Json to_json(const PassagePlan& plan) {
       .set("summary", io::to_json(plan.summary))
       .set("passages", std::move(list))
       .set("inertia", plan.inertia)
-      .set("drive", plan.drive)
-      .set("seconds", plan.seconds);
+      .set("drive", plan.drive);
 }
 
 }  // namespace whirl::shaft

@@ -18,17 +18,17 @@ bool of_the_machine(const FitRow& row) {
   return row.kind == stiffness || row.kind == damping || row.kind == material_damping || row.kind == joint_damping;
 }
 
-/// Weighted least squares of y = a + b (k - mean) through the values told.
+/// Weighted least squares of y = a + b (k - mean) through the values known.
 void fit_line(TrendRow& row) {
   double weights = 0, mean = 0, value = 0;
-  int told = 0;
+  int known = 0;
   for (std::size_t k = 0; k < row.values.size(); ++k) {
     if (std::isnan(row.values[k].value)) continue;
     const double w = 1 / (row.values[k].sd * row.values[k].sd);
     weights += w;
     mean += w * static_cast<double>(k);
     value += w * row.values[k].value;
-    ++told;
+    ++known;
   }
   mean /= weights, value /= weights;
   double spread = 0, slope = 0, square = 0;
@@ -44,7 +44,7 @@ void fit_line(TrendRow& row) {
     const double left = row.values[k].value - value - slope * (static_cast<double>(k) - mean);
     square += left * left / (row.values[k].sd * row.values[k].sd);
   }
-  row.chi_square = told > 2 ? square / (told - 2) : 1;
+  row.chi_square = known > 2 ? square / (known - 2) : 1;
   const double steps = static_cast<double>(row.values.size() - 1), first = value - slope * mean;
   const double sd = std::sqrt(std::max(1.0, row.chi_square) / spread);
   row.change = Estimate::from_sd(slope * steps / first, sd * steps / std::abs(first));
@@ -65,22 +65,25 @@ FitTrend fit_trend(const Rotor& rotor, const FitSetup& setup, const std::vector<
     trend.runs.push_back(run.name);
     trend.explained.push_back(fit.misfit.explained);
     if (!fit.misfit.explained)
-      trend.summary.add({FindingCode::run_contradicted, Consequence::warning, {}, run.name},
-                        ": it is left out of the trend");
+      trend.summary.add({FindingCode::model_error,
+                         Consequence::warning,
+                         {{"chi_square", fit.misfit.chi_square}, {"deviations", fit.misfit.deviations}},
+                         run.name},
+                        ": run " + run.name + " contradicts the rotor file and is left out of the trend");
     found.push_back(fit_rows(fit));
   }
   for (const FitRow& row : found.front()) {
     if (!of_the_machine(row)) continue;
     TrendRow line;
     line.last = row;
-    int told = 0;
+    int known = 0;
     for (std::size_t r = 0; r < found.size(); ++r) {
       const auto same = std::ranges::find(found[r], row.name, &FitRow::name);
-      const bool tells = trend.explained[r] && same != found[r].end() && same->identifiable && same->value.sd > 0;
-      line.values.push_back(tells ? same->value : Estimate{});
-      told += tells;
+      const bool shows = trend.explained[r] && same != found[r].end() && same->identifiable && same->value.sd > 0;
+      line.values.push_back(shows ? same->value : Estimate{});
+      known += shows;
     }
-    if (told < 2) continue;
+    if (known < 2) continue;
     fit_line(line);
     trend.rows.push_back(std::move(line));
   }

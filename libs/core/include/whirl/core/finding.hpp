@@ -30,7 +30,7 @@ enum class FindingCode {
   runs_undecided,          ///< runs contradict each other, and nothing tells which is wrong
   angles_reversed,         ///< all runs agree far better with mass angles counted the other way
   scatter_unknown,         ///< no run repeats what another one tells: no interval
-  sense_not_stated,        ///< nobody stated which way phases and mass angles count, and the runs do not tell
+  sense_not_stated,        ///< it is not stated which way phases and mass angles count, and the runs do not show it
   answer_ambiguous,        ///< other masses explain the readings as well
   requirement_missed,      ///< a controller does not meet a requirement of its certificate
   sliding_bound_missed,    ///< the switching gain is not above the disturbance: a reaching condition does not hold

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "whirl/core/recording.hpp"
+#include "whirl/pages/rotor_curves.hpp"
 #include "whirl/shaft/centrifuge/load_check.hpp"
 #include "whirl/shaft/fit/order_run.hpp"
-#include "whirl/shaft/response.hpp"
 #include "whirl/shaft/rotor_file.hpp"
 #include "whirl/shaft/transient.hpp"
 
@@ -25,28 +25,6 @@ struct SensorRun {
   std::vector<shaft::CentrifugeSensor> sensors;
 };
 SensorRun sensor_run(const Recording& record, const shaft::RotorJob& job, const std::vector<std::string>& wanted = {});
-
-/// Where the motion of a rotor is looked at: its probes; its discs where it has none.
-struct RotorPlace {
-  std::string name;
-  Eigen::Index node = 0;
-  double angle = 0;  ///< rad, of a probe
-  bool probe = true;
-};
-std::vector<RotorPlace> rotor_places(const shaft::Rotor& rotor, const shaft::System& system);
-
-/// Amplitude (m, zero-to-peak) and phase (lag behind the shaft's angle zero, rad) over speed of each probe, or of the
-/// major axis at each disc.
-struct PlaceCurve {
-  std::string name;
-  double position = 0, angle = 0;  ///< m, rad
-  Eigen::VectorXd amplitude, phase;
-};
-std::vector<PlaceCurve> place_curves(const shaft::Rotor& rotor, const shaft::System& system, const shaft::Response& r);
-
-/// The unbalance response at `speeds` and, around every peak of a place, at speeds between them until the peak is known
-/// to 0.2 %: a lightly damped resonance is narrower than any grid.
-shaft::Response refined_response(const shaft::Rotor& rotor, const shaft::System& system, std::vector<double> speeds);
 
 struct SimulatedRun {
   shaft::RunOptions run;

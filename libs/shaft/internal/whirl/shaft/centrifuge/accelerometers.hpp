@@ -16,7 +16,7 @@ Support observer(const std::string& name, const Point& point);
 inline constexpr double kTiltArm = 0.1;
 inline constexpr double kGravity = 9.80665;  ///< m/s^2
 
-/// The model of a rotor whose run tells the motion of accelerometers: two rows of `bodies` more for each, its place and
+/// The model of a rotor whose run holds the motion of accelerometers: two rows of `bodies` more for each, its place and
 /// one kTiltArm above.
 System assemble_with(const Rotor& rotor, const std::vector<Accelerometer>& accelerometers);
 

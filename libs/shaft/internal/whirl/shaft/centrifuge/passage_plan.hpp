@@ -22,7 +22,7 @@ struct Passage {
   double critical = 0;      ///< rad/s
   double from = 0, to = 0;  ///< speeds between which the acceleration matters, rad/s
   double peak_slow = 0;     ///< largest deflection at `PassageOptions::slowest`, m
-  double needed = 0;        ///< least acceleration that keeps the limit, rad/s^2; 0: any; infinite: none
+  double needed = 0;        ///< least acceleration that keeps the limit, rad/s^2; 0: `slowest` keeps it; infinite: none
   double peak = 0;          ///< at `needed`, at least `slowest` and at most `fastest`; m
   std::string place;        ///< where
   double peak_drive = 0;    ///< at what the drive can; NaN where that is not known
@@ -33,7 +33,6 @@ struct PassagePlan {
   std::vector<Passage> passages;  ///< ascending
   double inertia = 0;             ///< of all that turns, kg m^2
   double drive = 0;               ///< acceleration that the torque gives, rad/s^2; NaN: not known
-  double seconds = 0;             ///< of the run-up at what each passage needs, elsewhere at `slowest` or the drive's
   Summary summary;  ///< not usable where a passage keeps the limit at no acceleration, or at none the drive can
 };
 

@@ -1,0 +1,102 @@
+// Runs through a critical speed: the size of 1X, the free vibration after it, the frequency of the largest line.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <random>
+
+#include "whirl/core/angles.hpp"
+#include "whirl/diagnosis/vibration.hpp"
+#include "whirl/diagnosis/vibration_findings.hpp"
+
+namespace whirl::diagnosis {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// z'' + 2 zeta w z' + w^2 z = e (Omega^2 - i alpha) e^{i beta} by Runge-Kutta, x = Re z; from 1 to 30 Hz in 14 s.
+/// `whirl`: size of a vibration at 0.45 of the speed.
+Recording run_up(std::uint64_t seed, double whirl) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0, 2e-6);
+  std::uniform_real_distribution<double> even(0, 1);
+  const double w = kTwoPi * (10 + 5 * even(random)), zeta = 0.004 + 0.004 * even(random), e = 2e-4, dt = 1e-3;
+  const double start = kTwoPi, alpha = kTwoPi * 29 / 14;
+  Eigen::VectorXd x(14000), beta(14000);
+  Complex z = 0, v = 0;
+  const auto angle = [&](double t) { return start * t + 0.5 * alpha * t * t; };
+  const auto rate = [&](double t, Complex place, Complex speed) {
+    const double omega = start + alpha * t;
+    return -2 * zeta * w * speed - w * w * place + e * Complex(omega * omega, -alpha) * std::polar(1.0, angle(t));
+  };
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const double t = dt * static_cast<double>(i), h = dt;
+    x[i] = z.real() + noise(random) + whirl * std::cos(0.45 * angle(t));
+    beta[i] = angle(t);
+    const Complex a1 = rate(t, z, v), v2 = v + 0.5 * h * a1, a2 = rate(t + 0.5 * h, z + 0.5 * h * v, v2);
+    const Complex v3 = v + 0.5 * h * a2, a3 = rate(t + 0.5 * h, z + 0.5 * h * v2, v3);
+    const Complex v4 = v + h * a3, a4 = rate(t + h, z + h * v3, v4);
+    z += h / 6 * (v + 2.0 * v2 + 2.0 * v3 + v4);
+    v += h / 6 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+  }
+  Recording record;
+  record.dt = dt;
+  record.add("x", Quantity::displacement, x);
+  record.add("beta", Quantity::angle, beta);
+  return record;
+}
+
+bool names(const VibrationFinding& f, Cause cause) { return std::ranges::count(f.causes, cause) > 0; }
+
+TEST(RunFindingsProperty, FreeVibrationAfterThePassageIsNamedAndTheFirstOrderIsThatOfTheCurve) {
+  int rings = 0, marked = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Recording record = run_up(seed, 0);
+    const VibrationFindings found = find_vibration(record);
+    const VibrationFinding* first = found.find(VibrationCode::first_order, "x");
+    ASSERT_NE(first, nullptr);
+    const auto curve = order_curve(record, *rotation_of(record), "x");
+    EXPECT_DOUBLE_EQ(first->size, curve.vector.cwiseAbs().maxCoeff());
+    for (const VibrationFinding& f : found.findings) {
+      if (f.code != VibrationCode::subsynchronous && f.code != VibrationCode::half_orders) continue;
+      ++rings;
+      marked += names(f, Cause::free_vibration);
+    }
+  }
+  EXPECT_GT(rings, 10);
+  EXPECT_EQ(marked, rings);
+}
+
+// A whirl that follows the speed is seen at all speeds: read above 1.1 / 0.45 of the critical one it is no free
+// vibration. It stays a whirl in every draw.
+TEST(RunFindingsProperty, AWhirlThatFollowsTheSpeedStaysAWhirl) {
+  for (std::uint64_t seed = 21; seed <= 35; ++seed) {
+    const VibrationFindings found = find_vibration(run_up(seed, 1e-4));
+    const VibrationFinding* whirl = found.find(VibrationCode::subsynchronous, "x");
+    ASSERT_NE(whirl, nullptr) << seed;
+    EXPECT_TRUE(names(*whirl, Cause::oil_whirl) || names(*whirl, Cause::oil_whip)) << seed;
+    EXPECT_TRUE(whirl->remarkable) << seed;
+  }
+}
+
+TEST(VibrationLineProperty, TheFrequencyOfATwoToneRecordLiesBetweenItsLines) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> even(0, 1);
+  std::normal_distribution<double> noise(0, 1e-7);
+  for (int n = 0; n < 30; ++n) {
+    const double f = 5 + 40 * even(random), phase = kTwoPi * even(random);
+    Recording record;
+    record.dt = 1e-3;
+    Eigen::VectorXd x(12000);
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      const double t = 1e-3 * static_cast<double>(i);
+      x[i] = 1e-5 * std::cos(kTwoPi * f * t + phase) + 3e-6 * std::cos(kTwoPi * 120 * t) + noise(random);
+    }
+    record.add("x", Quantity::displacement, x);
+    EXPECT_NEAR(vibration_of(record, {}).front().frequency, f, 0.02) << n;
+  }
+}
+
+}  // namespace
+}  // namespace whirl::diagnosis
