@@ -221,7 +221,9 @@ void read_runs_by_turn(const Recording& record, const Rotation& turning, Vibrati
     if (critical == passage.end() || (f.code != VibrationCode::half_orders && f.code != VibrationCode::subsynchronous))
       continue;
     const double ratio = f.order * f.speed / critical->second;
-    if (ratio > kLowest && ratio < kHighest) f.causes.insert(f.causes.begin(), Cause::free_vibration);
+    // What is seen before the passage too was not set ringing by it.
+    if (ratio > kLowest && ratio < kHighest && f.low_speed > critical->second)
+      f.causes.insert(f.causes.begin(), Cause::free_vibration);
   }
 }
 
