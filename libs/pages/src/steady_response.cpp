@@ -34,7 +34,8 @@ void add_further_forces(const IdentifiedModel& model, IdentifiedModel& equations
 }
 
 Forced forced_model(IdentifiedModel model, const SteadyOptions& o) {
-  if (!(o.curve.from > 0) || !(o.curve.to > 0)) throw Error("--from-rpm and --to-rpm are needed, both > 0, or --at-rpm");
+  if (!(o.curve.from > 0) || !(o.curve.to > 0))
+    throw Error("--from-rpm and --to-rpm are needed, both > 0, or --at-rpm");
   const bool turning = o.input.empty() && o.base.empty();
   if (!o.input.empty() && !o.base.empty()) throw Error("either an input or the support forces the model, not both");
   if (!turning && o.amplitude == 0) throw Error("--amplitude is needed: of the input or the support, in its unit");

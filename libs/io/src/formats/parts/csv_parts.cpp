@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "formats/csv_rates.hpp"
+#include "formats/csv/csv_rates.hpp"
 #include "formats/format.hpp"
 #include "formats/parts/random_bytes.hpp"
 #include "formats/parts/rows.hpp"

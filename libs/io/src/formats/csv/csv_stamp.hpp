@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/csv_header.hpp"
+#include "formats/csv/csv_header.hpp"
 
 namespace whirl::io::detail {
 

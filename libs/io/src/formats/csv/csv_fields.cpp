@@ -1,4 +1,4 @@
-#include "formats/csv_fields.hpp"
+#include "formats/csv/csv_fields.hpp"
 
 #include <algorithm>
 #include <charconv>

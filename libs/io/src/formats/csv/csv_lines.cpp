@@ -1,10 +1,10 @@
-#include "formats/csv_lines.hpp"
+#include "formats/csv/csv_lines.hpp"
 
 #include <fmt/format.h>
 
 #include <cstring>
 
-#include "formats/csv_fields.hpp"
+#include "formats/csv/csv_fields.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::io::detail {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "format.hpp"
+#include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/frf_csv.hpp"
 

@@ -1,4 +1,4 @@
-#include "formats/csv_stamp.hpp"
+#include "formats/csv/csv_stamp.hpp"
 
 #include <algorithm>
 #include <charconv>

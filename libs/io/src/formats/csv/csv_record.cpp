@@ -5,8 +5,8 @@
 #include <limits>
 #include <optional>
 
-#include "formats/csv_gaps.hpp"
-#include "formats/csv_rates.hpp"
+#include "formats/csv/csv_gaps.hpp"
+#include "formats/csv/csv_rates.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/remarks.hpp"

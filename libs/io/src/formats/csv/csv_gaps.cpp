@@ -1,4 +1,4 @@
-#include "formats/csv_gaps.hpp"
+#include "formats/csv/csv_gaps.hpp"
 
 #include <fmt/format.h>
 

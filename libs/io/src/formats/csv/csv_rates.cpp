@@ -1,4 +1,4 @@
-#include "formats/csv_rates.hpp"
+#include "formats/csv/csv_rates.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "formats/csv_headless.hpp"
+#include "formats/csv/csv_headless.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "formats/csv_fields.hpp"
+#include "formats/csv/csv_fields.hpp"
 
 namespace whirl::io::detail {
 namespace {

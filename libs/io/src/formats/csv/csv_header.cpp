@@ -1,4 +1,4 @@
-#include "csv_header.hpp"
+#include "formats/csv/csv_header.hpp"
 
 #include <fmt/format.h>
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 
-#include "formats/csv_fields.hpp"
-#include "formats/csv_header.hpp"
-#include "formats/csv_headless.hpp"
-#include "formats/csv_lines.hpp"
-#include "formats/csv_stamp.hpp"
+#include "formats/csv/csv_fields.hpp"
+#include "formats/csv/csv_header.hpp"
+#include "formats/csv/csv_headless.hpp"
+#include "formats/csv/csv_lines.hpp"
+#include "formats/csv/csv_stamp.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
