@@ -44,7 +44,9 @@ void rotor_which(const RotorWhichOptions& o, Session& session) {
                              : "does not explain the acceleration",
                report::format_fixed(std::max(c.misfit.deviations, c.misfit.band_deviations), 1),
                report::format_number(c.inertia, 3)});
-  table.notes = {"misfit: standard deviations beyond the noise; a rotor that is on it passes in 999 of 1000 records"};
+  table.notes = {
+      fmt::format("misfit: standard deviations beyond the noise; possible up to {:g}, {:g} in one band of speeds",
+                  shaft::kMisfitLimit, shaft::kBandLimit)};
   session.say(report::to_text(table));
   session.result(shaft::to_json(found));
   session.finish(found.summary);
