@@ -37,12 +37,17 @@ Row row_of(const std::string& name) {
 /// Numbers of one rotor, by name.
 using Line = std::map<std::string, double>;
 
-double truth_of(const RotorCase& c, const shaft::FitUnknown& u) {
+/// Truth of an unknown as the fit counts it: a change over speed is that from the middle of the records' speeds to
+/// their highest, which the machine counts over its own range.
+double truth_of(const RotorCase& c, const shaft::FitUnknown& u, double lowest, double highest) {
   if (u.kind == Kind::stiffness || u.kind == Kind::damping) {
     const RigBearing& b = c.rig.bearings[u.index];
     const bool k = u.kind == Kind::stiffness, x = u.row == 0;
-    if (u.part == 0) return k ? (x ? b.kx : b.ky) : (x ? b.cx : b.cy);
-    return k ? (x ? b.kx1 : b.ky1) : (x ? b.cx1 : b.cy1);
+    const double middle = k ? (x ? b.kx : b.ky) : (x ? b.cx : b.cy);
+    const double change = k ? (x ? b.kx1 : b.ky1) : (x ? b.cx1 : b.cy1);
+    const double one = change / (0.5 * (c.rig.highest - c.rig.lowest));
+    if (u.part == 1) return one * 0.5 * (highest - lowest);
+    return middle + one * 0.5 * (highest + lowest - c.rig.highest - c.rig.lowest);
   }
   if (u.kind == Kind::material_damping) return c.rig.damping_time;
   const auto z = std::polar(c.rig.masses[u.index].size, c.rig.masses[u.index].angle);
@@ -97,11 +102,16 @@ Line run_one(const Row& row, const std::string& name, unsigned seed) {
   line["explained"] = fit.misfit.explained;
   line["converged"] = 1;
   line["slopes_open"] = line["material_open"] = 1;
+  double lowest = std::numeric_limits<double>::infinity(), highest = 0;
+  for (const shaft::OrderRun& run : runs) {
+    lowest = std::min(lowest, run.speed.minCoeff());
+    highest = std::max(highest, run.speed.maxCoeff());
+  }
   for (const shaft::FitUnknown& u : fit.unknowns) {
     if (u.kind == Kind::material_damping) line["material_open"] = !u.identifiable;
     if (u.kind == Kind::damping && u.part == 1 && u.identifiable) line["slopes_open"] = 0;
     if (u.kind != Kind::stiffness && u.kind != Kind::damping && u.kind != Kind::unbalance) continue;
-    const double truth = truth_of(c, u);
+    const double truth = truth_of(c, u, lowest, highest);
     const char* key = u.kind == Kind::stiffness ? "K" : u.kind == Kind::damping ? "C" : "U";
     line[std::string("cover_") + key] += u.estimate.covers(truth);
     line[std::string("count_") + key] += 1;

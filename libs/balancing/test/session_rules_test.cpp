@@ -103,9 +103,71 @@ TEST_F(SessionRules, TheStepAsJsonHasMassesAndAnglesAsTheJobCountsThem) {
   const double angle = -std::arg(-std::polar(1.0, 2.1 + 0.8)) * 180 / kPi;
   EXPECT_NEAR(std::remainder(mass.at("angle_deg").number() - angle, 360), 0, 1e-3);
   EXPECT_EQ(json.at("runs").number(), 2);
+  const auto plane = std::ranges::find(step.instructions, "plane A", &std::pair<std::string, std::string>::first);
+  ASSERT_NE(plane, step.instructions.end());
+  EXPECT_TRUE(plane->second.starts_with("12 g at ")) << plane->second;
+  EXPECT_NE(plane->second.find("(in the last run: 4 g at "), std::string::npos) << plane->second;
   ASSERT_TRUE(step.solved);
   EXPECT_EQ(step.summary.status, std::max(step.next.summary.status, step.solved->sheet.summary.status));
   EXPECT_EQ(step.solved->sheet.summary.status, Status::warning) << "no run repeats another";
+}
+
+TEST_F(SessionRules, WhatIsAllowedCountsAsTheReadingsDo) {
+  // Two probes, one plane: the correction leaves 40 um p-p at each.
+  const auto warned = [&](double allowed) {
+    NewJob job = fan();
+    job.probes = {"X", "Y"};
+    job.allowed = allowed;
+    begin(job);
+    for (int run = 0; run < 2; ++run) {
+      const GuidedStep step = guided_step(path_);
+      const std::complex<double> mass = step.next.masses.size() > 0 ? step.next.masses[0] : 0;
+      std::string readings;
+      for (const double size : {80e-6, 40e-6}) {
+        const std::complex<double> v = std::polar(size, 2.1) + std::polar(5e-3, -0.8) * mass;
+        readings += fmt::format("{:.6f}@{:.6f} ", 2e6 * std::abs(v), -std::arg(v) * 180 / kPi);
+      }
+      take(readings);
+    }
+    const GuidedStep step = guided_step(path_);
+    EXPECT_EQ(step.next.step, diagnosis::BalancingStep::correction);
+    EXPECT_EQ(io::JsonReader(step.json, "step").at("predicted_0p").items().size(), 2);
+    return std::ranges::any_of(step.next.summary.warnings, [](const std::string& w) {
+      return w.find("above what is allowed") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(warned(30e-6));
+  EXPECT_TRUE(warned(39e-6));
+  EXPECT_FALSE(warned(41e-6));
+  EXPECT_FALSE(warned(100e-6));
+}
+
+TEST_F(SessionRules, ARunThatTheOthersDoNotPredictIsNamed) {
+  const auto warned = [&](double off) {
+    NewJob job = fan();
+    job.probes = {"X", "Y"};
+    begin(job);
+    std::complex<double> mass = 0;
+    for (int run = 0; run < 6; ++run) {
+      RunMade made;
+      made.masses = fmt::format("{:.6f}@{:.6f}", 1e3 * std::abs(mass), -std::arg(mass) * 180 / kPi);
+      for (const double angle : {2.1, 0.3}) {
+        // A scatter of 0.2 um, and the last run elsewhere.
+        const std::complex<double> v = std::polar(60e-6, angle) + std::polar(5e-3, -0.8) * mass +
+                                       std::polar(0.2e-6, 2.4 * run + angle) + (run == 5 ? off : 0);
+        made.readings += fmt::format("{:.6f}@{:.6f} ", 2e6 * std::abs(v), -std::arg(v) * 180 / kPi);
+      }
+      add_run(path_, made);
+      mass = std::polar(4e-3, 1.3 * run);
+    }
+    const GuidedStep step = guided_step(path_);
+    EXPECT_EQ(step.check.size(), 2);
+    return std::ranges::any_of(step.summary.warnings, [](const std::string& w) {
+      return w.find("outside of what the earlier runs predict") != std::string::npos;
+    });
+  };
+  EXPECT_FALSE(warned(0));
+  EXPECT_TRUE(warned(30e-6));
 }
 
 }  // namespace

@@ -188,9 +188,8 @@ std::string text(const Finding& f) {
           "lacks, and biases other parameters",
           of("polar_ratio"));
     case FindingCode::work_limit:
-      return fmt::format(
-          "the fit of {} ended at its limit of work ({:.2g} operations): parts of the result may be missing", f.where,
-          of("operations"));
+      return fmt::format("the fit of {} ended at its limit of work{}: parts of the result may be missing", f.where,
+                         amounts_text(f.amounts));
     case FindingCode::model_not_trusted:
       return "the model it is designed on is not to be trusted: " + f.where;
     case FindingCode::part_left_out:

@@ -34,6 +34,44 @@ TEST(FindingUnit, AmountsAreReadByNameAndAMissingOneIsNoNumber) {
   EXPECT_THAT(text(missed(3e-6)), testing::HasSubstr("x of run 2 with an error of 3e-06 rms, 3.0 times the noise"));
 }
 
+TEST(FindingUnit, TextsHoldTheirNumbersInTheUnitsTheyName) {
+  struct Case {
+    FindingCode code;
+    std::vector<Amount> amounts;
+    const char* part;
+  };
+  using enum FindingCode;
+  const std::vector<Case> cases = {
+      {motion_unexplained, {{"share", 0.31}}, "31 % of the motion"},
+      {model_error, {{"chi_square", 2.5}}, "chi-square 2.50"},
+      {held_out_not_predicted, {{"share", 0.42}}, "error 42 % of the motion"},
+      {parameter_differs,
+       {{"all", 12.5}, {"rest", 13.25}, {"deviations", 4.2}},
+       "12.5 by all records and 13.25 without"},
+      {parameter_differs, {{"all", 12.5}, {"rest", 13.25}, {"deviations", 4.2}}, "4.2 standard deviations apart"},
+      {parts_differ, {{"deviations", 5.1}}, "5.1 standard deviations apart"},
+      {term_too_large, {{"ratio", 7.5}}, "7.5 times what"},
+      {inertia_impossible, {{"polar_ratio", 2.75}}, "polar_ratio is 2.75"},
+      {work_limit, {{"steps", 480}}, "limit of work (steps 480)"},
+      {part_left_out, {{"k3", 1.5e8, "N/m^3"}}, "(k3 1.5e+08 N/m^3)"},
+      {held_out_cannot_check, {{"instant", 2.25}}, "the change at 2.25 s"},
+      {held_out_cannot_check, {{"frequency", 17.5}, {"low", 3}, {"high", 9}}, "17.5 Hz"},
+      {held_out_cannot_check, {{"frequency", 17.5}, {"low", 3}, {"high", 9}}, "turn at 3 to 9 Hz"},
+      {held_out_cannot_check, {{"frequency", 17}, {"low", 3}, {"high", 9}, {"share", 0.06}}, "show 6 % of the largest"},
+      {freedom_spent, {{"spare", 0}}, "no spare run"},
+      {freedom_spent, {{"spare", 1}}, "1 spare run to"},
+      {freedom_spent, {{"spare", 2}}, "2 spare runs to"},
+      {option_not_taken, {{"spare", 1}}, "leave 1 spare run;"},
+      {not_repeatable, {{"share", 0.08}}, "differ by 8 % of the reading"},
+      {requirement_missed, {{"value", 4.5, "um"}, {"most", 3, "um"}}, "4.5 um: must be at most 3 um"},
+      {requirement_missed, {{"value", 0.25}, {"least", 0.5}}, "0.25: must be at least 0.5"},
+      {sliding_bound_missed,
+       {{"switching gain", 2}, {"disturbance", 3.5}},
+       "gain 2 m/s^2, disturbance up to 3.5 m/s^2"}};
+  for (const Case& c : cases)
+    EXPECT_THAT(text({c.code, Consequence::warning, c.amounts, "run 2"}), testing::HasSubstr(c.part));
+}
+
 TEST(FindingUnit, ConsequencesSetStatusAndTrust) {
   Summary s;
   s.add({FindingCode::model_error, Consequence::warning, {{"chi_square", 1.5}}});

@@ -40,5 +40,19 @@ TEST(Names, OneLineKeepsWhatIsPrintableAndReplacesTheRest) {
   EXPECT_EQ(one_line("a\xE2\x80\xA9z"), "a z");
 }
 
+TEST(Names, CharactersAtTheEndsOfWhatUtf8MayHold) {
+  for (const char* good :
+       {"a\xC2\xA0z", "\xED\x9F\xBF", "\xEE\x80\x80", "\xF4\x8F\xBF\xBF", "\xC2\xA1", "\xE0\xA0\x80"})
+    EXPECT_EQ(one_line(good), good);
+  for (const char* surrogate : {"\xED\xA0\x80", "\xED\xBF\xBF"}) EXPECT_EQ(one_line(surrogate), "???");
+  EXPECT_EQ(one_line("\xF4\x90\x80\x80"), "????") << "above U+10FFFF";
+  for (const char* hidden : {"\x7F", "\xC2\x9F", "\x1F", "\xE2\x80\x8B", "\xE2\x80\x8F", "\xE2\x80\xA8", "\xE2\x80\xAE",
+                             "\xE2\x81\xA0", "\xE2\x81\xAF", "\xEF\xBB\xBF"})
+    EXPECT_EQ(one_line(hidden), " ");
+  for (const char* beside :
+       {"\xE2\x80\x8A", "\xE2\x80\x90", "\xE2\x80\xA7", "\xE2\x80\xAF", "\xE2\x81\x9F", "\xE2\x81\xB0"})
+    EXPECT_EQ(one_line(beside), beside);
+}
+
 }  // namespace
 }  // namespace whirl

@@ -101,5 +101,22 @@ TEST(CorrectionRules, PlanesAreTakenByWhatTheyAdd) {
   EXPECT_EQ(plane_independence(influence).significance[0], 0);
 }
 
+TEST(CorrectionRules, APlaneIsLikeTheOneOfItsDirectionHoweverLargeOthersAre) {
+  Eigen::MatrixXcd influence(2, 3);
+  influence << C(10, 0), C(0, 0), C(1, 0), C(0, 0), C(5, 0), C(2, 0);
+  EXPECT_EQ(plane_independence(influence).twin, (std::vector<int>{-1, 0, 1}));
+}
+
+TEST(CorrectionRules, AWrongWeightIsNamedByItsRow) {
+  CorrectionProblem p = one_plane(1);
+  p.weight = Eigen::Vector2d(1, -1);
+  try {
+    solve_correction(p, Criterion::least_squares);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("weight of row 2"), std::string::npos) << e.what();
+  }
+}
+
 }  // namespace
 }  // namespace whirl::diagnosis

@@ -55,6 +55,28 @@ TEST(RotorFitReference, BearingsFromRunsThroughBothCriticals) {
   EXPECT_FALSE(fit.next.empty());
 }
 
+/// Runs below the second critical speed say little of which bearing damps: the way to the solution is a long, bent
+/// valley.
+TEST(RotorFitReference, ADescentThroughAValleyGoesToItsEnd) {
+  const RotorCase machine = make_rotor_case(7005, {.second_critical = false});
+  const RotorFit fit = fit_rotor(machine.drawing, setup_of(machine), order_runs(machine));
+  EXPECT_TRUE(fit.misfit.explained) << fit.misfit.deviations << " " << fit.misfit.band_deviations;
+  EXPECT_EQ(fit.summary.find(FindingCode::work_limit), nullptr);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const whirl::testing::RigBearing& truth = machine.rig.bearings[k];
+    EXPECT_NEAR(fit.rotor.supports[k].law.stiffness[0](0, 0) / truth.kx, 1, 0.006);
+    EXPECT_NEAR(fit.rotor.supports[k].law.damping[0](0, 0) / truth.cx, 1, 0.2);
+  }
+}
+
+TEST(RotorFitReference, AFitThatRunsOutOfStepsIsNotTrusted) {
+  const auto& machine = both_criticals().machine;
+  const RotorFit fit =
+      fit_rotor(machine.drawing, setup_of(machine), order_runs(machine), {.max_iterations = 1, .restarts = 0});
+  ASSERT_NE(fit.summary.find(FindingCode::work_limit), nullptr);
+  EXPECT_EQ(fit.summary.find(FindingCode::work_limit)->consequence, Consequence::no_trust);
+}
+
 /// Mean square residual, in variances of a noise of 30 dB, of runs without noise at the true bearings and material
 /// damping.
 double left_without_noise(unsigned seed, bool second_critical) {

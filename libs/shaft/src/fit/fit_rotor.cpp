@@ -20,7 +20,8 @@ namespace {
 constexpr double kFalseMinimum = 1.5;
 constexpr double kStartFactorStiffness = 2, kStartFactorDamping = 4;  // further starts lie within these of the file's
 constexpr int kTryIterations = 15;
-constexpr double kHeld = 1e-3;  // prior of an unknown that does not move, in its units
+constexpr int kPasses = 12, kSettled = 2;  // descents about the values found at most; steps of one that moves nothing
+constexpr double kHeld = 1e-3;             // prior of an unknown that does not move, in its units
 
 void check_fit(const Rotor& rotor, const FitSetup& setup, const std::vector<OrderRun>& runs) {
   if (runs.empty()) throw Error("a fit needs at least one run");
@@ -69,14 +70,7 @@ class RotorFitter {
     point_.t = set_.start();
     FitProblem problem(model_at(point_.t), runs_);
     search(problem);
-    // About the values found, with the noise that the residuals show.
-    for (int pass = 0; pass < 2; ++pass) {
-      renew_noise(problem);
-      problem.set_model(model_at(point_.t));
-      problem.linearise(point_, sum_);
-      result_.iterations += descend(problem, point_, sum_, pass == 0 ? options_.max_iterations : 6).iterations;
-    }
-    problem.linearise(point_, sum_);
+    settle(problem);
     judge(problem);
     return std::move(result_);
   }
@@ -114,6 +108,22 @@ class RotorFitter {
       point_ = other;
       sum_ = sum;
     }
+  }
+
+  /// Descends about the values found, with the noise that the residuals show, until neither moves them. Where a run
+  /// says little of a coefficient the way is a long, bent valley: a descent that merely ran out of steps is not the
+  /// end.
+  void settle(FitProblem& problem) {
+    for (int pass = 0; pass < kPasses && !settled_; ++pass) {
+      renew_noise(problem);
+      problem.set_model(model_at(point_.t));
+      problem.linearise(point_, sum_);
+      const DescentReport report = descend(problem, point_, sum_, options_.max_iterations);
+      result_.iterations += report.iterations;
+      settled_ =
+          report.end != Descent::exhausted && (report.end != Descent::converged || report.iterations <= kSettled);
+    }
+    problem.linearise(point_, sum_);
   }
 
   void judge(FitProblem& problem) {
@@ -177,6 +187,11 @@ class RotorFitter {
             because);
       s.trust = "Do not trust this model: the records contradict the rotor file.";
     }
+    if (!settled_) {
+      const auto steps = static_cast<double>(result_.iterations);
+      s.add({FindingCode::work_limit, Consequence::no_trust, {{"steps", steps}}, "the rotor"});
+      s.trust = trust_text(s.findings.back());
+    }
     std::string open;
     for (const FitUnknown& u : result_.unknowns)
       if (!u.identifiable && u.kind != UnknownKind::runout) open += (open.empty() ? "" : ", ") + u.name;
@@ -190,6 +205,7 @@ class RotorFitter {
   ParameterSet set_;
   FitPoint point_;
   SquareSum sum_;
+  bool settled_ = false;
   RotorFit result_;
 };
 
