@@ -13,7 +13,7 @@ class PencilInverse {
   /// U* A^-1: what every right side is multiplied by first.
   const Eigen::MatrixXcd& left() const { return left_; }
   /// x = (A + w B)^-1 b from `inner` = left() b, which is used up; nothing is allocated where x has its size.
-  void solve(double w, Eigen::VectorXcd& inner, Eigen::VectorXcd& x) const;
+  void solve(double w, Eigen::Ref<Eigen::VectorXcd> inner, Eigen::VectorXcd& x) const;
 
  private:
   Eigen::MatrixXcd left_, schur_, to_;  // U* A^-1, T, U

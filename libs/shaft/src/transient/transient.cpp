@@ -83,8 +83,10 @@ class Integrator {
         gravity_ = kImaginary * down;
     }
     directions_ = directions();
-    dq_ = dv_ = stage_ = inner_ = VectorXcd::Zero(gravity_.size());
-    state_ = VectorXcd::Zero(3 * gravity_.size());
+    dq_ = dv_ = stage_ = VectorXcd::Zero(gravity_.size());
+    state_ = VectorXcd::Zero(3 * gravity_.size() + 10);
+    inner_ = VectorXcd::Zero(static_cast<Index>(kStages) * gravity_.size());
+    inward_.resize(inner_.size(), state_.size());
     for (std::size_t j = 0; constant_ && j < kStages; ++j) prepare(j);
     start(o);
   }
@@ -161,38 +163,30 @@ class Integrator {
   }
   Vector force(double t) const { return directions_ * force_at(t).template cast<typename Matrix::Scalar>(); }
 
-  /// Where only the speed changes, one Schur form serves every step.
-  struct Prepared {
-    PencilInverse inverse;
-    MatrixXcd by_state;  // left() times what acts on (v, q, speed q)
-    Eigen::Matrix<Complex, Eigen::Dynamic, 5> by_force;
-  };
+  /// Where only the speed changes, one Schur form serves every step. `inner_` of all stages follows from one product
+  /// with (v, q, speed q, forces of both stages).
   void prepare(std::size_t j) {
     const Complex s = stages_.rate[j] / step_, one = stages_.one[j];
-    Prepared& p = prepared_[j];
-    p.inverse = PencilInverse(s * s * base_.mass + s * base_.damping + base_.stiffness,
-                              s * turning_damping_ + turning_stiffness_);
-    const MatrixXcd left = s * one * p.inverse.left();
-    const Index n = gravity_.size();
-    p.by_state.resize(n, 3 * n);
-    p.by_state << left * base_.mass, left * (base_.damping + s * base_.mass), left * turning_damping_;
-    p.by_force = p.inverse.left() * directions_;
+    PencilInverse& p = pencils_[j];
+    p = PencilInverse(s * s * base_.mass + s * base_.damping + base_.stiffness,
+                      s * turning_damping_ + turning_stiffness_);
+    const MatrixXcd left = s * one * p.left(), by_force = p.left() * directions_;
+    const auto row = static_cast<Index>(j), n = gravity_.size();
+    inward_.middleRows(row * n, n) << left * base_.mass, left * (base_.damping + s * base_.mass),
+        left * turning_damping_, stages_.inverse(row, 0) * by_force, stages_.inverse(row, 1) * by_force;
   }
   void advance_prepared(double t, double middle) {
     const Index n = q_.size();
     state_.head(n) = v_;
     state_.segment(n, n) = q_;
-    state_.tail(n) = middle * q_;
-    const Eigen::Matrix<double, 5, 1> first = force_at(t + stages_.at[0] * step_),
-                                      second = force_at(t + stages_.at[1] * step_);
+    state_.segment(2 * n, n) = middle * q_;
+    state_.segment(3 * n, 5) = force_at(t + stages_.at[0] * step_);
+    state_.tail(5) = force_at(t + stages_.at[1] * step_);
+    inner_.noalias() = inward_ * state_;
     dq_.setZero();
     dv_.setZero();
     for (std::size_t j = 0; j < kStages; ++j) {
-      const auto row = static_cast<Index>(j);
-      const Eigen::Matrix<Complex, 5, 1> forces = stages_.inverse(row, 0) * first + stages_.inverse(row, 1) * second;
-      inner_.noalias() = prepared_[j].by_state * state_;
-      inner_.noalias() += prepared_[j].by_force * forces;
-      prepared_[j].inverse.solve(middle, inner_, stage_);
+      pencils_[j].solve(middle, inner_.segment(static_cast<Index>(j) * n, n), stage_);
       add_stage(j);
     }
     end_step();
@@ -237,7 +231,8 @@ class Integrator {
   Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, 5> directions_;
   Vector gravity_, q_, v_;
   VectorXcd dq_, dv_, stage_, inner_, state_;
-  std::array<Prepared, kStages> prepared_;
+  std::array<PencilInverse, kStages> pencils_;
+  MatrixXcd inward_;
   Eigen::PartialPivLU<MatrixXcd> lu_;
 };
 
