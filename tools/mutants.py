@@ -11,6 +11,7 @@ Those that nothing can notice stand with their reason in tools/mutants_equivalen
 """
 import argparse
 import concurrent.futures
+import json
 import os
 import pathlib
 import random
@@ -152,22 +153,33 @@ class Workshop:
             command.append("-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc,--wrap=posix_memalign")
         self.run(command)
 
-    def test(self, program, limit, rules_only):
-        """Whether all tests pass, in a folder of its own."""
+    def test(self, program, limit, names, report=None):
+        """Whether the tests of these names pass, in a folder of its own; all but statistics of rules where there are none."""
+        chosen = ":".join(names) if names else "-*Property.*" if self.rules_only else "*"
         with tempfile.TemporaryDirectory(dir=self.folder) as place:
+            output = [f"--gtest_output=json:{report}"] if report else []
             try:
-                done = subprocess.run([str(program), "--gtest_fail_fast", *(["--gtest_filter=-*Property.*"] if rules_only else [])],
+                done = subprocess.run([str(program), "--gtest_fail_fast", f"--gtest_filter={chosen}", *output],
                                       capture_output=True, timeout=limit, cwd=place, env={**os.environ, "TEST_TMPDIR": place + "/", "TMPDIR": place})
                 return done.returncode == 0
             except subprocess.TimeoutExpired:
                 return False
 
     def noticed(self, objects, program, libraries, tests):
+        """Quick tests first: most mutants end there. The first program run is the original, whose times are measured."""
         self.link(objects, program, libraries)
-        start = time.monotonic()
-        passed = self.test(program, max(30, 5 * self.normal.get(tuple(tests), 60)), self.rules_only)
-        self.normal.setdefault(tuple(tests), time.monotonic() - start)  # the first one run is the original
-        return not passed
+        key = tuple(tests)
+        if key not in self.normal:
+            report = self.folder / "times.json"
+            passed = self.test(program, 1800, [], report)
+            found = [(float(case["time"].rstrip("s")), f"{suite['name']}.{case['name']}") for suite in
+                     json.loads(report.read_text())["testsuites"] for case in suite["testsuite"]] if passed else []
+            self.normal[key] = [[t for t in found if (t[0] < 1) == quick] for quick in (True, False)]
+            return not passed
+        for part in self.normal[key]:
+            if part and not self.test(program, max(30, 5 * sum(seconds for seconds, _ in part)), [name for _, name in part]):
+                return True
+        return False
 
     def siblings(self, path):
         """The other sources of the unit that `path` is compiled in, and the libraries without that unit."""

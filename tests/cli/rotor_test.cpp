@@ -19,7 +19,7 @@ TEST(RotorE2e, EveryTemplateGoesThroughEveryCommand) {
     for (const char* call :
          {"modes rotor.toml --speed-rpm 1000 --figure modes.svg",
           "campbell rotor.toml --to-rpm 3000 --points 9 --out campbell.csv --figure campbell.svg",
-          "criticals rotor.toml --to-rpm 10000",
+          "criticals rotor.toml --to-rpm 10000 --figure map.svg",
           "response rotor.toml --to-rpm 3000 --points 50 --out response.csv --figure response.svg",
           "run rotor.toml --from-rpm 600 --to-rpm 500 --seconds 0.2 --out run.csv --figure run.svg"}) {
       const std::string again = std::string(call).find("--out") != std::string::npos ? " --force" : "";
@@ -207,13 +207,20 @@ TEST(RotorE2e, CentrifugeRunUpNeedsWhatItSays) {
 TEST(RotorE2e, CriticalsOfTheTwoDiscRotor) {
   const Folder folder;
   ASSERT_EQ(folder.whirl("rotor new --out rotor.toml").exit_code, 0);
-  const Outcome outcome = folder.whirl("rotor criticals rotor.toml --to-rpm 3000 --json --quiet");
+  const Outcome outcome = folder.whirl("rotor criticals rotor.toml --to-rpm 3000 --json --quiet --figure map.csv");
   const io::Json document = io::parse_json(outcome.out, "stdout");
   const io::JsonReader in(document, "stdout");
   const auto list = in.at("criticals").items();
   ASSERT_EQ(list.size(), 4u) << outcome.out;
   EXPECT_NEAR(list[0].at("speed").number(), 82.6, 0.2);  // rad/s, as in the book
   EXPECT_FALSE(in.has("unstable_from"));
+  // Of the map (a reduced model) in the middle the file's own bearings; stiffer ones raise every critical speed.
+  const std::string map = slurp(folder / "map.csv");
+  const auto first_speed = [&map](const std::string& factor) {
+    return std::stod(map.substr(map.find("\n" + factor + ",") + factor.size() + 2)) * M_PI / 30;
+  };
+  EXPECT_NEAR(first_speed("1"), list[0].at("speed").number(), 1e-4);
+  EXPECT_GT(first_speed("100"), 1.2 * first_speed("1"));
 }
 
 TEST(RotorE2e, ErrorsNameThePlaceInTheFile) {

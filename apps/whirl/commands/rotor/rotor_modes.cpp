@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "rotor.hpp"
+#include "rotor_drawing.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
@@ -21,12 +22,14 @@ struct RotorModesOptions {
 };
 
 /// Deflection along the shaft at the instant of the largest one.
-report::Figure mode_figure(const shaft::System& system, const std::vector<shaft::Mode>& modes,
-                           const std::string& file) {
+report::Figure mode_figure(const LoadedRotor& loaded, const std::vector<shaft::Mode>& modes, const std::string& file) {
+  const shaft::System& system = loaded.system;
   report::Figure figure;
-  figure.title = "Modes of the rotor";
-  figure.description = "Deflection of the shaft in each mode at the instant of its largest deflection.";
+  figure.title = "The rotor and its modes";
+  figure.description =
+      "The rotor to scale, and the deflection of the shaft in each mode at the instant of its largest deflection.";
   figure.columns = 2;
+  draw_rotor(figure, loaded.rotor);
   const auto n = static_cast<Eigen::Index>(system.nodes.size());
   const Eigen::VectorXd z = Eigen::Map<const Eigen::VectorXd>(system.nodes.data(), n);
   for (const shaft::Mode& m : modes) {
@@ -78,7 +81,7 @@ void rotor_modes(const RotorModesOptions& o, Session& session) {
         fmt::format("the mesh is coarse: frequencies are off by up to {:.2g} %; raise elements in the rotor file",
                     100 * mesh.worst));
   session.result(shaft::modes_json(loaded.system, speed, modes, sag, mesh));
-  if (!o.figure.empty()) report::write_figure(mode_figure(loaded.system, modes, o.rotor), o.figure);
+  if (!o.figure.empty()) report::write_figure(mode_figure(loaded, modes, o.rotor), o.figure);
   session.finish(summary);
 }
 
@@ -95,7 +98,7 @@ void add_rotor_modes(CommandLine& rotor, Session& session) {
   sub->add_option("ROTOR", o->rotor, "rotor file")->input()->required();
   sub->add_option("--speed-rpm", o->speed_rpm, "speed of the shaft")->range(0, 1e7)->show_default();
   sub->add_option("--count", o->count, "modes listed")->range(1, 100)->show_default();
-  sub->add_option("--figure", o->figure, "mode shapes (.svg, .png, .pdf, .csv)")->output();
+  sub->add_option("--figure", o->figure, "the rotor to scale and its mode shapes (.svg, .png, .pdf, .csv)")->output();
 }
 
 }  // namespace whirl::app
