@@ -66,3 +66,7 @@ def test_bad_input_is_one_clear_error():
         whirl.rotor.template("jeffcot")
     with pytest.raises(whirl.Error, match="no channel|turning shaft"):
         whirl.rotor.template("kit").fit(whirl.Recording({"left_x": np.zeros(100)}, dt=1e-3, units={"left_x": "m"}))
+    rotor = whirl.rotor.template("centrifuge")
+    for verb in (rotor.check_load, rotor.fit, rotor.trend):
+        with pytest.raises(TypeError, match="whirl.read"):
+            verb("spinup.csv")

@@ -108,10 +108,34 @@ class Assembler {
     return static_cast<std::size_t>(found - rotor_.bodies.begin());
   }
 
+  /// Slopes of deflection and angle at a node. Both jump where a disc sits; what moving it does follows from their mean
+  /// (as the force on a moving singularity; Eshelby, Phil. Trans. R. Soc. A 244, 1951).
+  EndSlopes mean_slopes(std::size_t node) const {
+    EndSlopes mean{VectorXd::Zero(size_), VectorXd::Zero(size_)};
+    const auto add = [&](std::size_t element, bool right, double part) {
+      const std::vector<Index> at = coordinates(element);
+      const EndSlopes end = end_slopes(mesh_.elements[element].shape.length, right, static_cast<Index>(at.size()));
+      mean.deflection(at) += part * end.deflection;
+      mean.angle(at) += part * end.angle;
+    };
+    const bool first = node == 0, last = node + 1 == mesh_.nodes.size();
+    if (!first) add(node - 1, true, last ? 1 : 0.5);
+    if (!last) add(node, false, first ? 1 : 0.5);
+    return mean;
+  }
+
+  /// By which the hub of a disc deflects and tilts.
+  EndSlopes hub(const Disc& d) const {
+    EndSlopes at{row({"shaft", d.position}), slope_row({"shaft", d.position})};
+    if (d.moved == 0) return at;
+    const EndSlopes slopes = mean_slopes(mesh_.node(d.position));
+    return {at.deflection + d.moved * slopes.deflection, at.angle + d.moved * slopes.angle};
+  }
+
   void add_parts() {
     for (const Disc& d : rotor_.discs) {
-      const VectorXd angle = slope_row({"shaft", d.position});
-      const VectorXd centre = row({"shaft", d.position}) + d.offset * angle;
+      const auto [deflection, angle] = hub(d);
+      const VectorXd centre = deflection + d.offset * angle;
       system_.mass += d.mass * centre * centre.transpose() + d.transverse * angle * angle.transpose();
       system_.gyroscopic += d.polar * angle * angle.transpose();
       system_.weight += d.mass * centre;
@@ -138,7 +162,10 @@ class Assembler {
     for (const Unbalance& u : rotor_.unbalances) {
       const std::complex<double> size = std::polar(u.size, u.angle);
       const std::size_t first = mesh_.node(u.position), last = mesh_.node(u.end);
-      if (first == last) system_.unbalance[2 * static_cast<Index>(first)] += size;
+      const auto disc =
+          std::ranges::find_if(rotor_.discs, [&](const Disc& d) { return mesh_.node(d.position) == first; });
+      if (first == last)
+        system_.unbalance += size * (disc == rotor_.discs.end() ? row({"shaft", u.position}) : hub(*disc).deflection);
       const double spread = mesh_.nodes[last] - mesh_.nodes[first];
       for (std::size_t e = first; e < last; ++e)
         system_.unbalance(coordinates(e)) += size / spread * elements_[e].load.cast<std::complex<double>>();

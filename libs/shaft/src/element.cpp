@@ -69,6 +69,11 @@ Element condensed(const Element& e) {
 
 }  // namespace
 
+EndSlopes end_slopes(double length, bool right, Eigen::Index coordinates) {
+  const ShapeValues v = shape_values(right ? 1 : 0, length);
+  return {v.w_slope.head(coordinates), v.psi_slope.head(coordinates)};
+}
+
 Element make_element(const ElementShape& shape, const Material& material, const Shear& shear, ElementKind kind) {
   const bool stiff = shear.model == ShearModel::none;
   const int n = stiff ? 4 : 6;

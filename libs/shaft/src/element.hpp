@@ -16,6 +16,12 @@ struct Element {
 struct ElementShape {
   double length, outer_left, outer_right, inner_left, inner_right;
 };
+/// Rows that give slope of the deflection and of the section angle (curvature) at an end, without those of inner
+/// coordinates where the element has none.
+struct EndSlopes {
+  Eigen::VectorXd deflection, angle;
+};
+EndSlopes end_slopes(double length, bool right, Eigen::Index coordinates);
 Element make_element(const ElementShape& shape, const Material& material, const Shear& shear, ElementKind kind);
 
 }  // namespace whirl::shaft

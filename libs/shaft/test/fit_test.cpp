@@ -69,6 +69,27 @@ TEST(RotorFitReference, ADescentThroughAValleyGoesToItsEnd) {
   }
 }
 
+/// The machine differs from its drawing within what the file states.
+TEST(RotorFitReference, TolerancesOfTheDrawingAreInTheIntervals) {
+  const RotorCase machine = make_rotor_case(7001, {.errors = {0.01, 0.001, 2e-3, 0.005}});
+  FitSetup setup = setup_of(machine);
+  setup.tolerance.youngs_modulus = 0.01;
+  setup.tolerance.diameter = 0.001;
+  setup.tolerance.disc_position = 2e-3;
+  setup.tolerance.disc_mass = 0.005;
+  const RotorFit fit = fit_rotor(machine.drawing, setup, order_runs(machine));
+  EXPECT_TRUE(fit.misfit.explained) << fit.misfit.deviations << " " << fit.misfit.band_deviations;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const double truth = machine.rig.bearings[k].kx;
+    const auto u = std::ranges::find_if(fit.unknowns, [k](const FitUnknown& x) {
+      return x.kind == UnknownKind::stiffness && x.index == k && x.row == 0;
+    });
+    EXPECT_LT(std::abs(u->estimate.value - truth), 2.6 * u->estimate.sd);
+    EXPECT_LT(u->estimate.sd, 0.003 * truth);
+    EXPECT_NEAR(fit.rotor.discs[k].position, machine.rig.discs[k].position, 1e-3);
+  }
+}
+
 TEST(RotorFitReference, AFitThatRunsOutOfStepsIsNotTrusted) {
   const auto& machine = both_criticals().machine;
   const RotorFit fit =

@@ -121,6 +121,27 @@ TEST(ShaftProperty, CampbellLinesAreTheModesOfEverySpeed) {
   }
 }
 
+TEST(ShaftProperty, AMovedDiscIsOneElsewhereToFirstOrder) {
+  using testing::friswell, testing::diagonal, testing::kRpm;
+  const auto poles = [](double position, double moved) {
+    Rotor r = friswell(diagonal(1e6, 1e6), 100, 8, ElementKind::internal_node);
+    r.discs[0].position = position;
+    r.discs[0].moved = moved;
+    return modes(assemble(r), 3000 * kRpm, 6);
+  };
+  const auto largest = [&](double d) {
+    const std::vector<Mode> there = poles(0.5 + d, 0), moved = poles(0.5, d), drawn = poles(0.5, 0);
+    double off = 0, change = 0;
+    for (std::size_t k = 0; k < there.size(); ++k) {
+      off = std::max(off, std::abs(moved[k].frequency() / there[k].frequency() - 1));
+      change = std::max(change, std::abs(drawn[k].frequency() / there[k].frequency() - 1));
+    }
+    EXPECT_LT(off, 0.05 * change) << d;
+    return off;
+  };
+  for (const double side : {-1, 1}) EXPECT_NEAR(largest(4e-3 * side) / largest(2e-3 * side), 4, 0.8) << side;
+}
+
 TEST(ShaftProperty, OrbitAxesAndProbes) {
   const std::complex<double> x(3, 0), y(0, -2);  // x = 3 cos t, y = 2 sin t: forward
   const Orbit o = orbit(x, y);

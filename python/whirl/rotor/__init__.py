@@ -37,11 +37,13 @@ def read(path):
 
 def _named(records):
     """(name, Recording) of one record, a list of them, or a dictionary name -> Recording."""
+    from .. import _recordings  # not there yet while the package is imported
+
     if isinstance(records, _whirl.Recording):
         records = [records]
-    if hasattr(records, "items"):
-        return list(records.items())
-    return [(f"run{k + 1}", record) for k, record in enumerate(records)]
+    names = list(records.keys()) if hasattr(records, "items") else None
+    checked = _recordings(records.values() if names else records)
+    return list(zip(names or [f"run{k + 1}" for k in range(len(checked))], checked))
 
 
 class Rotor:
@@ -107,6 +109,7 @@ class Rotor:
 
     def check_load(self, record, *, sensors=(), to_rpm=0.0):
         """Is the centrifuge loaded right? Imbalance from a spin-up below the first critical speed."""
+        [(_, record)] = _named(record)
         document, summary = self._rotor.check_load(record, list(sensors), _RPM * to_rpm)
         return LoadCheck(summary, document)
 

@@ -28,9 +28,9 @@ Rotor with_stations(Rotor r, const std::vector<Trial>& trials) {
 }
 
 /// Unit force of each unbalance station and bow point of the rotor, in the full coordinates.
-MatrixXd unit_forces(const Rotor& rotor, const Rotor& drawn, const ParameterSet& set, Index bows, const System& full) {
+MatrixXd unit_forces(const Rotor& rotor, const ParameterSet& set, Index bows, Index size) {
   const auto stations = static_cast<Index>(rotor.unbalances.size());
-  MatrixXd forces(full.size(), stations + bows);
+  MatrixXd forces(size, stations + bows);
   for (Index k = 0; k < stations + bows; ++k) {
     const bool bow = k >= set.stations && k < set.stations + bows;
     const auto u = static_cast<std::size_t>(bow ? 0 : k < set.stations ? k : k - bows);
@@ -42,10 +42,6 @@ MatrixXd unit_forces(const Rotor& rotor, const Rotor& drawn, const ParameterSet&
     }
     one.unbalances[u].size = 1;
     forces.col(k) = assemble(one).unbalance.real();
-    const auto disc = disc_at_hub(drawn, rotor.unbalances[u]);
-    if (!disc) continue;  // what is mounted on a disc moves with it
-    const double moved = rotor.discs[*disc].offset - drawn.discs[*disc].offset;
-    forces.col(k) += moved * full.slope.row(full.node_at(drawn.discs[*disc].position)).transpose();
   }
   return forces;
 }
@@ -78,7 +74,7 @@ FitModel::FitModel(const Rotor& drawn, ParameterSet set, const std::vector<Trial
   const Reduction reduction = reduce(shapes, options);
   const MatrixXd& basis = reduction.basis;
   reduced_ = project(full, basis);
-  const MatrixXd forces = unit_forces(rotor, drawn_, set_, set_.bows, full);
+  const MatrixXd forces = unit_forces(rotor, set_, set_.bows, full.size());
   base_columns_ = basis.transpose() * forces;
   for (Index k = 0; k < set_.structural; ++k) {
     const Parameter& p = set_.all[static_cast<std::size_t>(k)];
@@ -98,7 +94,7 @@ FitModel::FitModel(const Rotor& drawn, ParameterSet set, const std::vector<Trial
             onto(system.rotating, full.rotating),
             {}};
     if (p.kind == UnknownKind::disc_position || set_.bows > 0)
-      s.columns = basis.transpose() * ((unit_forces(other, drawn_, set_, set_.bows, system) - forces) / h);
+      s.columns = basis.transpose() * ((unit_forces(other, set_, set_.bows, system.size()) - forces) / h);
     slopes_.push_back(std::move(s));
   }
   const Index r = reduced_.size(), probes = static_cast<Index>(drawn_.probes.size());

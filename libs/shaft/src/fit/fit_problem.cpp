@@ -16,6 +16,7 @@ namespace {
 using Complex = std::complex<double>;
 constexpr int kNodes = 16;  // speeds at which the modes of a sweep are found
 
+constexpr double kFarthest = 4;   // a tolerance, in its standard deviations: normal errors pass it once in 16000
 constexpr double kLongest = 0.7;  // largest step of a logarithm: a factor of two
 
 SweepPart no_sweep(const FitModel& model, const OrderRun& run) {
@@ -60,6 +61,8 @@ FitPoint FitProblem::moved(const FitPoint& from, const VectorXd& step) const {
     const bool turning = p.kind == UnknownKind::material_damping || p.kind == UnknownKind::joint_damping;
     const bool bounded = p.logarithmic || turning;
     next.t[k] += bounded ? std::clamp(step[k], -kLongest, kLongest) : step[k];
+    if (is_tolerance(p.kind))
+      next.t[k] = std::clamp(next.t[k], p.prior - kFarthest * p.prior_sd, p.prior + kFarthest * p.prior_sd);
   }
   return next;
 }

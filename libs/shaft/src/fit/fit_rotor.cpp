@@ -80,12 +80,14 @@ class RotorFitter {
     return std::make_shared<FitModel>(drawn_, set_, setup_.trials, t, options_.modes);
   }
 
-  /// Descends twice: first with the damping that turns with the shaft held, which on the way to a solution far off
-  /// takes values at which the rotor is unstable.
+  /// Descends twice: first with the drawing as it is and with the damping that turns with the shaft held, which on the
+  /// way to a solution far off takes values at which the rotor is unstable.
   void descend_in_stages(FitProblem& problem, FitPoint& point, SquareSum& sum, int iterations) {
     ParameterSet held = set_;
-    for (Parameter& p : held.all)
+    for (Parameter& p : held.all) {
       if (p.kind == UnknownKind::material_damping || p.kind == UnknownKind::joint_damping) p.prior_sd = kHeld;
+      if (is_tolerance(p.kind)) p.prior_sd *= kHeld;
+    }
     problem.set_model(std::make_shared<FitModel>(drawn_, held, setup_.trials, point.t, options_.modes));
     problem.linearise(point, sum);
     result_.iterations += descend(problem, point, sum, iterations).iterations;

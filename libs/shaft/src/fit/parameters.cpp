@@ -246,7 +246,7 @@ void apply_geometry(Rotor& r, const Rotor& drawn, const Parameter& p, double t, 
         for (std::size_t u = 0; u < r.unbalances.size(); ++u)
           if (disc_at_hub(drawn, drawn.unbalances[u]) == k) r.unbalances[u].position = r.unbalances[u].end = p.value(t);
       } else {
-        r.discs[k].offset = drawn.discs[k].offset + p.scale * t;
+        r.discs[k].moved = p.scale * t;
       }
       break;
     case UnknownKind::disc_mass:

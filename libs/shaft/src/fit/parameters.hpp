@@ -23,6 +23,12 @@ struct Parameter {
   double internal(double v) const { return logarithmic ? std::log(v) : (v - offset) / scale; }
 };
 
+/// Freed by a tolerance of the drawing.
+inline bool is_tolerance(UnknownKind kind) {
+  return kind == UnknownKind::youngs_modulus || kind == UnknownKind::diameter || kind == UnknownKind::disc_position ||
+         kind == UnknownKind::disc_mass;
+}
+
 /// All unknowns of a fit: structural ones first, then unbalance, bow, gain and runout, each as real and imaginary part.
 struct ParameterSet {
   std::vector<Parameter> all;
@@ -45,8 +51,8 @@ struct ParameterSet {
 /// Throws Error for a support of an unknown name, or one whose stiffness is zero where it is to be found.
 ParameterSet make_parameters(const Rotor& drawn, const FitSetup& setup, double lowest, double highest);
 
-/// The rotor with structural values. A disc that stands elsewhere is moved by its offset, which keeps the mesh, or, for
-/// a `file`, by its position and that of the unbalance at its hub, with the estimates of unbalance and bow too.
+/// The rotor with structural values. A disc that stands elsewhere is `moved`, which keeps the mesh, or, for a `file`,
+/// has another position and that of the unbalance at its hub, with the estimates of unbalance and bow too.
 Rotor with_values(const Rotor& drawn, const ParameterSet& set, const Eigen::VectorXd& t, bool file = false);
 
 /// The disc whose hub carries the unbalance; nothing when there is none.

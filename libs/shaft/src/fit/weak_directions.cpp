@@ -20,11 +20,6 @@ constexpr double kNamed = 0.85;    // of a direction's square must be named
 constexpr std::size_t kTerms = 3;  // by at most so many words
 constexpr std::size_t kMost = 4;   // directions
 
-bool is_tolerance(UnknownKind kind) {
-  return kind == UnknownKind::youngs_modulus || kind == UnknownKind::diameter || kind == UnknownKind::disc_position ||
-         kind == UnknownKind::disc_mass;
-}
-
 /// Directions with a name: a unit vector, or a plane of two for a complex unknown.
 struct Named {
   std::string name;

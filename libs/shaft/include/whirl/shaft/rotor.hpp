@@ -52,6 +52,8 @@ struct Disc {
   double mass = 0;                   ///< kg
   double transverse = 0, polar = 0;  ///< moments of inertia about the centre of mass, kg m^2
   double offset = 0;                 ///< centre of mass to the right of the hub, m
+  /// Hub and its unbalance to the right of `position`, m: to first order, with the mesh of `position`.
+  double moved = 0;
 };
 /// Mass and moments of a cylinder of this density; position and name are left.
 Disc cylinder(double density, double outer, double bore, double thickness);
