@@ -104,6 +104,13 @@ MatrixXcd ClosedLoop::output_sensitivity(double frequency) const {
   return MatrixXcd::Identity(read_.rows(), read_.rows()) + read_ * respond(frequency, disturb_);
 }
 
+MatrixXcd ClosedLoop::forces_of_commands(double frequency) const {
+  return respond(frequency, command_).middleRows(force_at_, command_.cols());
+}
+MatrixXcd ClosedLoop::forces_of_readings(double frequency) const {
+  return respond(frequency, disturb_).middleRows(force_at_, command_.cols());
+}
+
 VectorXd ClosedLoop::sensitivity(double frequency) const {
   const Index m = push_.cols();
   const MatrixXcd x = respond(frequency, push_);

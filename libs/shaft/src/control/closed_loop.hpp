@@ -29,6 +29,9 @@ class ClosedLoop {
   /// Readings per newton added to the commands, and per metre added to the readings, at `frequency` (rad/s).
   Eigen::MatrixXcd influence(double frequency) const;
   Eigen::MatrixXcd output_sensitivity(double frequency) const;
+  /// Forces per newton added to the commands, and per metre added to the readings.
+  Eigen::MatrixXcd forces_of_commands(double frequency) const;
+  Eigen::MatrixXcd forces_of_readings(double frequency) const;
   /// Of each actuator with the loops of all others closed: what acts per what is added there (ISO 14839-3).
   Eigen::VectorXd sensitivity(double frequency) const;
   /// Largest over frequency up to half the sample rate.

@@ -68,15 +68,15 @@ Json controller_json(const RotorController& c) {
     synchronous.push(Json::object()
                          .set("speed", g.speed)
                          .set("correction", rows(g.correction))
-                         .set("start", rows(MatrixXcd(g.start))));
+                         .set("start", rows(MatrixXcd(g.start)))
+                         .set("most", Json(g.most)));
   return io::start_document("whirl.rotor_controller", 1)
       .set("sample_time", c.sample_time)
       .set("probes", std::move(probes))
       .set("actuators", std::move(actuators))
       .set("gains", std::move(gains))
       .set("synchronous", std::move(synchronous))
-      .set("adaptation", c.adaptation)
-      .set("share", c.share);
+      .set("adaptation", c.adaptation);
 }
 
 RotorController read_controller(const JsonReader& in) {
@@ -93,9 +93,8 @@ RotorController read_controller(const JsonReader& in) {
     c.gains.push_back({g.at("speed").number(), read_rows(g.at("advance")), read_rows(g.at("readings")),
                        read_rows(g.at("forces")), read_rows(g.at("feedback"))});
   for (const JsonReader& g : in.at("synchronous").items())
-    c.synchronous.push_back({g.at("speed").number(), read_complex(g.at("correction")), read_complex(g.at("start"))});
+    c.synchronous.push_back({g.at("speed").number(), read_complex(g.at("correction")), read_complex(g.at("start")), g.at("most").vector()});
   c.adaptation = in.at("adaptation").number();
-  c.share = in.at("share").number();
   try {
     check(c);
   } catch (const Error& e) {

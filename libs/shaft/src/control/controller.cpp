@@ -41,13 +41,12 @@ ControlGains RotorController::at(double speed) const {
 SynchronousGains RotorController::synchronous_at(double speed) const {
   const auto where = place(synchronous, speed);
   return {speed, between(synchronous, where, &SynchronousGains::correction),
-          between(synchronous, where, &SynchronousGains::start)};
+          between(synchronous, where, &SynchronousGains::start), between(synchronous, where, &SynchronousGains::most)};
 }
 
 void check(const RotorController& c) {
   require_range("controller.sample_time", c.sample_time, 1e-7, 10, "s");
   require_range("controller.adaptation", c.adaptation, 0, 0.5 / c.sample_time, "1/s");
-  require_range("controller.share", c.share, 0, 1);
   const auto m = static_cast<Index>(c.actuators.size()), p = static_cast<Index>(c.probes.size());
   if (m == 0 || p == 0 || c.gains.empty() || c.synchronous.empty())
     throw Error("the controller needs a probe, an actuator and gains of at least one speed");
@@ -66,6 +65,7 @@ void check(const RotorController& c) {
   for (const SynchronousGains& g : c.synchronous) {
     shape(g.correction, m, p, "controller.synchronous.correction");
     shape(g.start, m, 1, "controller.synchronous.start");
+    shape(g.most, m, 1, "controller.synchronous.most");
   }
   const auto ascends = [](const auto& table) {
     return std::ranges::adjacent_find(table, [](const auto& a, const auto& b) { return !(a.speed < b.speed); }) ==
@@ -89,10 +89,8 @@ void RotorControl::turn(const Eigen::VectorXd& readings, double angle, double sp
   adapted_ -= 2 * c_.adaptation * c_.sample_time / square * std::polar(1.0, -angle) *
               (g.correction * readings.cast<Complex>());
   vector_ = g.start + square * adapted_;
-  for (Index j = 0; j < vector_.size(); ++j) {
-    const double most = c_.share * c_.actuators[static_cast<std::size_t>(j)].force_limit;
-    if (std::abs(vector_[j]) > most) vector_[j] *= most / std::abs(vector_[j]);
-  }
+  for (Index j = 0; j < vector_.size(); ++j)
+    if (std::abs(vector_[j]) > g.most[j]) vector_[j] *= g.most[j] / std::abs(vector_[j]);
   adapted_ = (vector_ - g.start) / square;
 }
 

@@ -38,7 +38,6 @@ class Designer {
     empty_.sample_time = o.sample_time;
     empty_.probes = rotor.probes;
     empty_.actuators = rotor.actuators;
-    empty_.share = o.share;
     for (int k = 0; k < o.schedule; ++k) {
       speeds_.push_back(speed_at(o, k, o.schedule));
       at_.push_back(plants_.at(speeds_.back(), o.sample_time));
@@ -88,11 +87,12 @@ class Designer {
       const MatrixXcd inverse = Eigen::PartialPivLU<MatrixXcd>(
                                     MatrixXcd(square + floor * MatrixXcd::Identity(square.rows(), square.cols())))
                                     .solve(MatrixXcd(influence.adjoint()));
-      SynchronousGains g{speed, inverse, VectorXcd::Zero(inverse.rows())};
+      SynchronousGains g{speed, inverse, VectorXcd::Zero(inverse.rows()), VectorXd(inverse.rows())};
       if (o_.unbalance_known) g.start = -inverse * (loop.output_sensitivity(speed) * plants_.unbalance_readings(speed));
+      const VectorXd acting = loop.forces_of_commands(speed).diagonal().cwiseAbs();
       for (Index j = 0; j < g.start.size(); ++j) {
-        const double most = o_.share * c.actuators[static_cast<std::size_t>(j)].force_limit;
-        if (std::abs(g.start[j]) > most) g.start[j] *= most / std::abs(g.start[j]);
+        g.most[j] = o_.share * c.actuators[static_cast<std::size_t>(j)].force_limit / std::min(1.0, acting[j]);
+        if (std::abs(g.start[j]) > g.most[j]) g.start[j] *= g.most[j] / std::abs(g.start[j]);
       }
       c.synchronous.push_back(std::move(g));
     }
@@ -151,6 +151,12 @@ constexpr Checked kCases[] = {{ControlCase::nominal, {}},
                               {ControlCase::delay, {.delay = 1}},
                               {ControlCase::full_model, {}, 1, true}};
 
+/// What acts at one turn after the start, feedback and turning part together.
+VectorXd turning_force(const PlantFamily& plants, const ClosedLoop& loop, const RotorController& c, double speed) {
+  const VectorXcd start = c.synchronous_at(speed).start, open = plants.unbalance_readings(speed);
+  return (loop.forces_of_commands(speed) * start + loop.forces_of_readings(speed) * open).cwiseAbs();
+}
+
 void look(const Rotor& rotor, const ControlOptions& o, const Designer& designer, ControlDesign& d) {
   const RotorController& c = d.controller;
   for (int k = 0; k < o.checked; ++k) {
@@ -163,7 +169,7 @@ void look(const Rotor& rotor, const ControlOptions& o, const Designer& designer,
     p.closed_damping = designer.least_damping(loop.poles());
     p.growth = all.growth();
     p.sensitivity = loop.sensitivity_peak();
-    p.turning_force = c.synchronous_at(speed).start.cwiseAbs();
+    p.turning_force = turning_force(designer.plants(), loop, c, speed);
     d.worst_sensitivity = std::max(d.worst_sensitivity, p.sensitivity.maxCoeff());
     d.points.push_back(std::move(p));
   }

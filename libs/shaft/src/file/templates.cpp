@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "file/active_templates.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/shaft/rotor_file.hpp"
 
@@ -10,7 +11,6 @@ namespace {
 
 struct Template {
   std::string_view name, text;
-  std::string_view further = {};  ///< after it
 };
 
 // clang-format off
@@ -334,99 +334,11 @@ position_mm = 440
 angle_deg = 90
 )";
 
-constexpr std::string_view kActive =
-    R"(
-# Two force actuators push the motor at its upper bearing: `whirl rotor control`.
-[[probe]]
-name = "hub y"
-position_mm = 340
-angle_deg = 90
-
-[[probe]]
-name = "upper x"
-position_mm = 180
-
-[[probe]]
-name = "upper y"
-position_mm = 180
-angle_deg = 90
-
-[[actuator]]
-name = "x"
-on = "motor"              # pushed; against = "ground" holds it
-position_mm = 180
-force_limit_N = 200
-slew_N_s = 2e5
-
-[[actuator]]
-name = "y"
-on = "motor"
-position_mm = 180
-angle_deg = 90
-force_limit_N = 200
-slew_N_s = 2e5
-)";
-
-constexpr std::string_view kLevitated =
-    R"(# A disc between two magnetic bearings, which alone hold it: unstable without control.
-[rotor]
-name = "levitated rotor"
-vertical = true
-
-[[material]]
-name = "steel"
-youngs_modulus_GPa = 210
-shear_modulus_GPa = 81
-density_kg_m3 = 7800
-damping_time_us = 5
-
-[[section]]
-length_mm = 600
-outer_mm = 25
-
-[[disc]]
-name = "left journal"
-position_mm = 60
-outer_mm = 60
-bore_mm = 25
-thickness_mm = 40
-
-[[disc]]
-name = "disc"
-position_mm = 330
-outer_mm = 200
-bore_mm = 25
-thickness_mm = 25
-
-[[disc]]
-name = "right journal"
-position_mm = 540
-outer_mm = 60
-bore_mm = 25
-thickness_mm = 40
-
-[[unbalance]]
-position_mm = 330
-size_gmm = 30
-)";
-
 // clang-format on
-/// Bearings of the levitated rotor: probes 30 mm beside the journals.
-std::string magnetic_bearings() {
-  std::string text;
-  for (const auto& [side, journal, probe] : {std::tuple{"left", 60, 90}, std::tuple{"right", 540, 510}})
-    for (const auto& [axis, angle] : {std::pair{"x", 0}, std::pair{"y", 90}})
-      text += fmt::format(
-          "\n[[actuator]]\nname = \"{0} {1}\"\nposition_mm = {2}\nangle_deg = {4}\nforce_limit_N = 200\n"
-          "bias_stiffness_N_m = -2e5\n\n[[probe]]\nname = \"{0} {1}\"\nposition_mm = {3}\nangle_deg = {4}\n",
-          side, axis, journal, probe, angle);
-  return text;
-}
-
 constexpr std::array kRotorTemplates{Template{"jeffcott", kJeffcott}, Template{"two-disc", kTwoDisc},
                                      Template{"overhung", kOverhung}, Template{"centrifuge", kCentrifuge},
                                      Template{"kit", kKit},
-                                     Template{"active-centrifuge", kCentrifuge, kActive},
+                                     Template{"active-centrifuge", kActiveCentrifuge},
                                      Template{"levitated", kLevitated}};
 
 }  // namespace
@@ -439,10 +351,7 @@ std::vector<std::string> rotor_templates() {
 
 std::string rotor_template(std::string_view name) {
   for (const Template& t : kRotorTemplates)
-    if (t.name == name) {
-      std::string text = std::string(t.text) + std::string(t.further);
-      return t.text == kLevitated ? text + magnetic_bearings() : text;
-    }
+    if (t.name == name) return std::string(t.text);
   throw Error::in_field("template", name, fmt::format("{}", fmt::join(rotor_templates(), ", ")));
 }
 

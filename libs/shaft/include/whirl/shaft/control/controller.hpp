@@ -21,6 +21,7 @@ struct SynchronousGains {
   double speed = 0;             ///< rad/s
   Eigen::MatrixXcd correction;  ///< inverse of the closed loop's influence, N/m
   Eigen::VectorXcd start;       ///< against the unbalance of the model, N
+  Eigen::VectorXd most;         ///< size of V, N: with it the force stays within its share of the limit
 };
 
 /// Controller of all actuators from all probes, in discrete time. Matrices are linear between the speeds, held beyond.
@@ -31,7 +32,6 @@ struct RotorController {
   std::vector<ControlGains> gains;            ///< by speed, ascending
   std::vector<SynchronousGains> synchronous;  ///< by speed, ascending
   double adaptation = 0;                      ///< of the turning part, 1/s
-  double share = 0.8;                         ///< of a force limit that the turning part may take
 
   Eigen::Index states() const { return gains.empty() ? 0 : gains.front().advance.rows(); }
   ControlGains at(double speed) const;

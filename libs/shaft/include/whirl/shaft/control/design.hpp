@@ -27,7 +27,7 @@ struct ControlPoint {
   double closed_damping = 0;        ///< the same of the closed loop
   double growth = 0;                ///< largest, 1/s
   Eigen::VectorXd sensitivity;      ///< peak over frequency, by actuator
-  Eigen::VectorXd turning_force;    ///< size of the vector at the start, N, by actuator
+  Eigen::VectorXd turning_force;    ///< once a turn, before anything is learned, N, by actuator
 };
 
 /// A controller with one thing changed in the machine.
