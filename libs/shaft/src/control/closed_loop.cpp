@@ -34,10 +34,14 @@ ClosedLoop::ClosedLoop(const SampledPlant& plant, const RotorController& c, doub
   for (int d = 0; d < change.delay; ++d)
     matrix_.block(force_at_ + m * (d + 1), force_at_ + m * d, m, m).setIdentity();
   if (turning > 0) {
-    const MatrixXcd moved = -2 * c.adaptation * step_ * c.synchronous_at(speed).correction * plant.c.cast<Complex>();
+    const SynchronousGains s = c.synchronous_at(speed);
+    const double rate = -2 * c.adaptation * step_;
+    const MatrixXcd moved = rate * s.correction * plant.c.cast<Complex>();
     MatrixXd rows = MatrixXd::Zero(2 * m, size);
     rows.topLeftCorner(m, n) = moved.real();
     rows.bottomLeftCorner(m, n) = moved.imag();
+    rows.block(0, force_at_, m, m) = rate * s.relief.real();
+    rows.block(m, force_at_, m, m) = rate * s.relief.imag();
     const double turn = speed * step_;
     rows.block(0, turn_at, m, m).diagonal().setConstant(std::cos(turn));
     rows.block(0, turn_at + m, m, m).diagonal().setConstant(-std::sin(turn));

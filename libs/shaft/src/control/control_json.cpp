@@ -68,6 +68,7 @@ Json controller_json(const RotorController& c) {
     synchronous.push(Json::object()
                          .set("speed", g.speed)
                          .set("correction", rows(g.correction))
+                         .set("relief", rows(g.relief))
                          .set("start", rows(MatrixXcd(g.start)))
                          .set("most", Json(g.most)));
   return io::start_document("whirl.rotor_controller", 1)
@@ -93,7 +94,7 @@ RotorController read_controller(const JsonReader& in) {
     c.gains.push_back({g.at("speed").number(), read_rows(g.at("advance")), read_rows(g.at("readings")),
                        read_rows(g.at("forces")), read_rows(g.at("feedback"))});
   for (const JsonReader& g : in.at("synchronous").items())
-    c.synchronous.push_back({g.at("speed").number(), read_complex(g.at("correction")), read_complex(g.at("start")), g.at("most").vector()});
+    c.synchronous.push_back({g.at("speed").number(), read_complex(g.at("correction")), read_complex(g.at("relief")), read_complex(g.at("start")), g.at("most").vector()});
   c.adaptation = in.at("adaptation").number();
   try {
     check(c);

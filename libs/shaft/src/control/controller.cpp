@@ -41,7 +41,7 @@ ControlGains RotorController::at(double speed) const {
 SynchronousGains RotorController::synchronous_at(double speed) const {
   const auto where = place(synchronous, speed);
   return {speed, between(synchronous, where, &SynchronousGains::correction),
-          between(synchronous, where, &SynchronousGains::start), between(synchronous, where, &SynchronousGains::most)};
+          between(synchronous, where, &SynchronousGains::relief), between(synchronous, where, &SynchronousGains::start), between(synchronous, where, &SynchronousGains::most)};
 }
 
 void check(const RotorController& c) {
@@ -64,6 +64,7 @@ void check(const RotorController& c) {
   }
   for (const SynchronousGains& g : c.synchronous) {
     shape(g.correction, m, p, "controller.synchronous.correction");
+    shape(g.relief, m, m, "controller.synchronous.relief");
     shape(g.start, m, 1, "controller.synchronous.start");
     shape(g.most, m, 1, "controller.synchronous.most");
   }
@@ -87,7 +88,7 @@ void RotorControl::turn(const Eigen::VectorXd& readings, double angle, double sp
   const double square = std::max(speed * speed, 1e-6);
   // A vector per speed^2 stays as it is while the speed changes.
   adapted_ -= 2 * c_.adaptation * c_.sample_time / square * std::polar(1.0, -angle) *
-              (g.correction * readings.cast<Complex>());
+              (g.correction * readings.cast<Complex>() + g.relief * force_.cast<Complex>());
   vector_ = g.start + square * adapted_;
   for (Index j = 0; j < vector_.size(); ++j)
     if (std::abs(vector_[j]) > g.most[j]) vector_[j] *= g.most[j] / std::abs(vector_[j]);

@@ -81,17 +81,21 @@ class Designer {
     for (int k = 0; k < kSpeeds; ++k) {
       const double speed = speed_at(o_, k, kSpeeds);
       const ClosedLoop loop(plants_.at(speed, o_.sample_time), c, speed, {.synchronous = false});
-      const MatrixXcd influence = loop.influence(speed);
-      const MatrixXcd square = influence.adjoint() * influence;
-      const double floor = 1e-8 * square.diagonal().cwiseAbs().maxCoeff();
-      const MatrixXcd inverse = Eigen::PartialPivLU<MatrixXcd>(
-                                    MatrixXcd(square + floor * MatrixXcd::Identity(square.rows(), square.cols())))
-                                    .solve(MatrixXcd(influence.adjoint()));
-      SynchronousGains g{speed, inverse, VectorXcd::Zero(inverse.rows()), VectorXd(inverse.rows())};
-      if (o_.unbalance_known) g.start = -inverse * (loop.output_sensitivity(speed) * plants_.unbalance_readings(speed));
-      const VectorXd acting = loop.forces_of_commands(speed).diagonal().cwiseAbs();
+      const MatrixXcd influence = loop.influence(speed), acting = loop.forces_of_commands(speed);
+      const Index p = influence.rows(), m = influence.cols();
+      // Near a speed at which the readings do not answer to some forces, those would grow without use.
+      const double weight = o_.force_weight * influence.norm() / acting.norm();
+      MatrixXcd both(p + m, m);
+      both << influence, weight * acting;
+      const MatrixXcd inverse = Eigen::PartialPivLU<MatrixXcd>(MatrixXcd(both.adjoint() * both))
+                                    .solve(MatrixXcd(both.adjoint()));
+      SynchronousGains g{speed, inverse.leftCols(p), weight * inverse.rightCols(m), VectorXcd::Zero(m), VectorXd(m)};
+      const VectorXcd open = plants_.unbalance_readings(speed);
+      if (o_.unbalance_known)
+        g.start = -g.correction * (loop.output_sensitivity(speed) * open) -
+                  g.relief * (loop.forces_of_readings(speed) * open);
       for (Index j = 0; j < g.start.size(); ++j) {
-        g.most[j] = o_.share * c.actuators[static_cast<std::size_t>(j)].force_limit / std::min(1.0, acting[j]);
+        g.most[j] = o_.share * c.actuators[static_cast<std::size_t>(j)].force_limit / std::min(1.0, std::abs(acting(j, j)));
         if (std::abs(g.start[j]) > g.most[j]) g.start[j] *= g.most[j] / std::abs(g.start[j]);
       }
       c.synchronous.push_back(std::move(g));

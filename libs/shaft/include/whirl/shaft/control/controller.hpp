@@ -16,10 +16,12 @@ struct ControlGains {
 };
 
 /// The part that turns with the shaft, at one speed: the force vectors V of u + Re(V e^{i theta}), theta the angle at
-/// the sample. V begins at `start`; what is left of the readings moves it by -`correction` Y.
+/// the sample. V begins at `start`; the readings Y and forces F that turn with the shaft move it by
+/// -`correction` Y - `relief` F. It rests where the sum of |Y|^2 and the weighted |F|^2 is least.
 struct SynchronousGains {
   double speed = 0;             ///< rad/s
   Eigen::MatrixXcd correction;  ///< inverse of the closed loop's influence, N/m
+  Eigen::MatrixXcd relief;      ///< the same of the forces, by their weight
   Eigen::VectorXcd start;       ///< against the unbalance of the model, N
   Eigen::VectorXd most;         ///< size of V, N: with it the force stays within its share of the limit
 };

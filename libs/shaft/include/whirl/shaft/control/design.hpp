@@ -17,6 +17,7 @@ struct ControlOptions {
   double sensitivity = 3;       ///< largest allowed peak: zone A of ISO 14839-3
   double adaptation = 2;        ///< of the turning part, 1/s
   double share = 0.8;           ///< of a force limit that the turning part may take
+  double force_weight = 0.1;    ///< of the turning forces against the readings
   bool unbalance_known = true;  ///< the turning part begins against the unbalance of the model
 };
 
