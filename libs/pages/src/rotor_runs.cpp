@@ -105,7 +105,7 @@ void run_with(const shaft::Rotor& rotor, const shaft::System& system, const Simu
   out.run = shaft::simulate_run(system, run);
   if (!o.controller) return;
   const double low = std::min(run.from, run.to), high = std::max(run.from, run.to);
-  out.unstable = shaft::stability_threshold(system, low, high);
+  out.unstable = shaft::unstable_from(rotor, system, low, high);
   std::vector<Index> nodes;
   for (const shaft::Probe& p : rotor.probes) nodes.push_back(system.node_at(p.position));
   for (const shaft::Disc& d : rotor.discs) nodes.push_back(system.node_at(d.position));

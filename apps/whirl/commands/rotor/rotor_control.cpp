@@ -2,16 +2,18 @@
 
 #include "rotor.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/io/file.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/shaft/control/control_json.hpp"
+#include "whirl/shaft/control/export_c.hpp"
 
 namespace whirl::app {
 namespace {
 
 struct RotorControlOptions {
-  std::string rotor, out, controller;
-  double from_rpm = 0, to_rpm = 0, rate_hz = 5000, sensitivity = 3, adaptation = 2, share = 80;
+  std::string rotor, out, controller, code;
+  double from_rpm = 0, to_rpm = 0, rate_hz = 5000, sensitivity = 3, adaptation = 2, share = 80, force_weight = 0.1;
   int modes = 6, schedule = 6, points = 25;
   bool unbalance_unknown = false;
 };
@@ -56,14 +58,16 @@ void rotor_control(const RotorControlOptions& o, Session& session) {
   options.sensitivity = o.sensitivity;
   options.adaptation = o.adaptation;
   options.share = o.share / 100;
+  options.force_weight = o.force_weight;
   options.unbalance_known = !o.unbalance_unknown;
   shaft::ControlDesign design;
   if (o.controller.empty()) {
     design = shaft::design_rotor_control(rotor, options);
-    session.say(fmt::format("feedback           {} states at {:g} Hz, {} speeds; weights: regulator {:.3g} 1/s, observer "
-                            "{:.3g} 1/s",
-                            design.controller.states(), o.rate_hz, design.controller.gains.size(),
-                            design.feedback_rate, design.observer_rate));
+    session.say(
+        fmt::format("feedback           {} states at {:g} Hz, {} speeds; weights: regulator {:.3g} 1/s, observer "
+                    "{:.3g} 1/s",
+                    design.controller.states(), o.rate_hz, design.controller.gains.size(), design.feedback_rate,
+                    design.observer_rate));
   } else {
     const shaft::RotorController given = shaft::load_rotor_controller(o.controller);
     options.sample_time = given.sample_time;
@@ -71,7 +75,16 @@ void rotor_control(const RotorControlOptions& o, Session& session) {
   }
   say_design(design, session);
   session.result(shaft::control_design_json(design));
-  if (!o.out.empty() && design.refused.empty()) shaft::save_rotor_controller(o.out, design.controller);
+  const bool refused = !design.refused.empty();
+  session.write_together();
+  if (!o.out.empty() && !refused) shaft::save_rotor_controller(o.out, design.controller);
+  if (!o.code.empty() && !refused) {
+    const std::filesystem::path source = o.code, header = std::filesystem::path(source).replace_extension(".h");
+    session.check_output(header);
+    const shaft::ControllerCode code = shaft::controller_code(design.controller, source.stem().string());
+    io::write_text(source, code.source);
+    io::write_text(header, code.header);
+  }
   session.finish(design.summary);
 }
 
@@ -102,9 +115,13 @@ void add_rotor_control(CommandLine& rotor, Session& session) {
   sub->add_option("--share-percent", o->share, "of a force limit that the turning part may take")
       ->range(0, 100)
       ->show_default();
+  sub->add_option("--force-weight", o->force_weight, "weight of the turning forces against the readings")
+      ->range(0, 100)
+      ->show_default();
   sub->add_flag("--unbalance-unknown", o->unbalance_unknown, "the turning part begins at zero");
   sub->add_option("--check", o->controller, "controller to look at on this rotor instead of a new one")->input();
   sub->add_option("--out", o->out, "controller to write (.json)")->output();
+  sub->add_option("--c", o->code, "the same as C99 (.c), with its header beside it")->output();
 }
 
 }  // namespace whirl::app

@@ -61,16 +61,15 @@ void say_passages(const pages::RotorRecord& made, const shaft::RotorController& 
   for (const shaft::Actuator& a : controller.actuators) table.columns.push_back({"force " + a.name, "N"});
   for (const shaft::ControlledPassage& p : made.passages) {
     const bool open = std::isfinite(p.open);
-    std::vector<std::string> row{report::format_fixed(p.speed / kRadPerSecPerRpm, 0),
-                                 open ? report::format_number(1e6 * p.open, 4) : "unstable",
-                                 report::format_number(1e6 * p.closed, 4),
-                                 open ? report::format_fixed(100 * (1 - p.closed / p.open), 1) : ""};
+    std::vector<std::string> row{
+        report::format_fixed(p.speed / kRadPerSecPerRpm, 0), open ? report::format_number(1e6 * p.open, 4) : "unstable",
+        report::format_number(1e6 * p.closed, 4), open ? report::format_fixed(100 * (1 - p.closed / p.open), 1) : ""};
     for (const double force : p.force) row.push_back(report::format_number(force, 3));
     table.add(row);
   }
   session.say(report::to_text(table));
   if (made.unstable)
-    session.say(fmt::format("without control    unstable from {:.5g} rpm", made.unstable->speed / kRadPerSecPerRpm));
+    session.say(fmt::format("without control    unstable from {:.5g} rpm", *made.unstable / kRadPerSecPerRpm));
 }
 
 void rotor_run(const RotorRunOptions& o, Session& session) {

@@ -31,8 +31,7 @@ ClosedLoop::ClosedLoop(const SampledPlant& plant, const RotorController& c, doub
   state.middleCols(force_at_, m) = g.forces;
   matrix_.middleRows(n, k) = state;
   matrix_.middleRows(force_at_, m) = -g.feedback * state;
-  for (int d = 0; d < change.delay; ++d)
-    matrix_.block(force_at_ + m * (d + 1), force_at_ + m * d, m, m).setIdentity();
+  for (int d = 0; d < change.delay; ++d) matrix_.block(force_at_ + m * (d + 1), force_at_ + m * d, m, m).setIdentity();
   if (turning > 0) {
     const SynchronousGains s = c.synchronous_at(speed);
     const double rate = -2 * c.adaptation * step_;

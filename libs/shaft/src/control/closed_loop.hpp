@@ -9,9 +9,9 @@ namespace whirl::shaft {
 
 /// What differs from the plant that a controller was designed for.
 struct LoopChange {
-  double gain = 1;           ///< of all actuators
-  int delay = 0;             ///< samples more
-  bool synchronous = true;   ///< the turning part acts
+  double gain = 1;          ///< of all actuators
+  int delay = 0;            ///< samples more
+  bool synchronous = true;  ///< the turning part acts
 };
 
 /// Plant and controller at one speed, as x <- matrix x. States: plant, controller, forces (those on their way last),

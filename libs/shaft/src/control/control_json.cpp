@@ -94,7 +94,8 @@ RotorController read_controller(const JsonReader& in) {
     c.gains.push_back({g.at("speed").number(), read_rows(g.at("advance")), read_rows(g.at("readings")),
                        read_rows(g.at("forces")), read_rows(g.at("feedback"))});
   for (const JsonReader& g : in.at("synchronous").items())
-    c.synchronous.push_back({g.at("speed").number(), read_complex(g.at("correction")), read_complex(g.at("relief")), read_complex(g.at("start")), g.at("most").vector()});
+    c.synchronous.push_back({g.at("speed").number(), read_complex(g.at("correction")), read_complex(g.at("relief")),
+                             read_complex(g.at("start")), g.at("most").vector()});
   c.adaptation = in.at("adaptation").number();
   try {
     check(c);

@@ -25,7 +25,7 @@ std::pair<std::size_t, double> place(const std::vector<Entry>& table, double spe
 }
 
 template <class Matrix, class Entry>
-Matrix between(const std::vector<Entry>& table, const std::pair<std::size_t, double>& at, Matrix Entry::* part) {
+Matrix between(const std::vector<Entry>& table, const std::pair<std::size_t, double>& at, Matrix Entry::*part) {
   if (table.size() == 1) return table.front().*part;
   return (1 - at.second) * (table[at.first].*part) + at.second * (table[at.first + 1].*part);
 }
@@ -41,7 +41,8 @@ ControlGains RotorController::at(double speed) const {
 SynchronousGains RotorController::synchronous_at(double speed) const {
   const auto where = place(synchronous, speed);
   return {speed, between(synchronous, where, &SynchronousGains::correction),
-          between(synchronous, where, &SynchronousGains::relief), between(synchronous, where, &SynchronousGains::start), between(synchronous, where, &SynchronousGains::most)};
+          between(synchronous, where, &SynchronousGains::relief), between(synchronous, where, &SynchronousGains::start),
+          between(synchronous, where, &SynchronousGains::most)};
 }
 
 void check(const RotorController& c) {
@@ -75,18 +76,21 @@ void check(const RotorController& c) {
   if (!ascends(c.gains) || !ascends(c.synchronous)) throw Error("the speeds of a controller must ascend");
 }
 
+double turning_floor(const RotorController& c) { return std::max(1e-6, std::pow(0.1 * c.synchronous.back().speed, 2)); }
+
 RotorControl::RotorControl(RotorController controller) : c_(std::move(controller)) {
   check(c_);
   const auto m = static_cast<Index>(c_.actuators.size());
   state_ = Eigen::VectorXd::Zero(c_.states());
   force_ = wanted_ = Eigen::VectorXd::Zero(m);
   adapted_ = vector_ = Eigen::VectorXcd::Zero(m);
+  slow_ = turning_floor(c_);
 }
 
 void RotorControl::turn(const Eigen::VectorXd& readings, double angle, double speed) {
   const SynchronousGains g = c_.synchronous_at(speed);
-  const double square = std::max(speed * speed, 1e-6);
-  // A vector per speed^2 stays as it is while the speed changes.
+  const double square = speed * speed + slow_;
+  // A vector per speed^2 stays as it is while the speed changes; at low speed, where it is small, it is a force.
   adapted_ -= 2 * c_.adaptation * c_.sample_time / square * std::polar(1.0, -angle) *
               (g.correction * readings.cast<Complex>() + g.relief * force_.cast<Complex>());
   vector_ = g.start + square * adapted_;

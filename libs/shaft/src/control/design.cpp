@@ -21,6 +21,7 @@ using Eigen::VectorXd;
 
 namespace {
 
+constexpr int kTurningSpeeds = 120;
 constexpr double kResidual = 1e-6;  // of a Riccati equation that counts as solved
 
 double speed_at(const ControlOptions& o, int k, int count) {
@@ -38,8 +39,9 @@ class Designer {
     empty_.sample_time = o.sample_time;
     empty_.probes = rotor.probes;
     empty_.actuators = rotor.actuators;
-    for (int k = 0; k < o.schedule; ++k) {
-      speeds_.push_back(speed_at(o, k, o.schedule));
+    const int count = o.from < o.to ? o.schedule : 1;
+    for (int k = 0; k < count; ++k) {
+      speeds_.push_back(speed_at(o, k, count));
       at_.push_back(plants_.at(speeds_.back(), o.sample_time));
     }
   }
@@ -55,7 +57,8 @@ class Designer {
       double largest = 0;
       for (const Actuator& a : c.actuators) largest = std::max(largest, a.force_limit);
       for (Index j = 0; j < m; ++j)
-        force(j, j) = std::pow(push / rates.feedback * largest / c.actuators[static_cast<std::size_t>(j)].force_limit, 2);
+        force(j, j) =
+            std::pow(push / rates.feedback * largest / c.actuators[static_cast<std::size_t>(j)].force_limit, 2);
       MatrixXd disturbance = 1e-6 * MatrixXd::Identity(n, n);
       disturbance.bottomRightCorner(n / 2, n / 2).setIdentity();
       const MatrixXd noise = std::pow(read / (rates.observer * o_.sample_time), 2) * MatrixXd::Identity(q, q);
@@ -63,8 +66,8 @@ class Designer {
       const Riccati observer = solve_riccati(p.a.transpose(), p.c.transpose(), disturbance, noise);
       if (!(regulator.residual < kResidual && observer.residual < kResidual)) return false;
       const MatrixXd xb = regulator.solution * p.b, yc = observer.solution * p.c.transpose();
-      const MatrixXd gain = Eigen::PartialPivLU<MatrixXd>(MatrixXd(force + p.b.transpose() * xb))
-                                .solve(MatrixXd(xb.transpose() * p.a));
+      const MatrixXd gain =
+          Eigen::PartialPivLU<MatrixXd>(MatrixXd(force + p.b.transpose() * xb)).solve(MatrixXd(xb.transpose() * p.a));
       const MatrixXd inject =
           Eigen::PartialPivLU<MatrixXd>(MatrixXd(noise + p.c * yc)).solve(MatrixXd(yc.transpose() * p.a.transpose()));
       const MatrixXd readings = inject.transpose();
@@ -75,11 +78,11 @@ class Designer {
 
   /// The turning part: least squares of all readings, at speeds close enough for its changes.
   void turning(RotorController& c) const {
-    constexpr int kSpeeds = 120;
+    const int count = o_.from < o_.to ? kTurningSpeeds : 1;
     c.adaptation = o_.adaptation;
     c.synchronous.clear();
-    for (int k = 0; k < kSpeeds; ++k) {
-      const double speed = speed_at(o_, k, kSpeeds);
+    for (int k = 0; k < count; ++k) {
+      const double speed = speed_at(o_, k, count);
       const ClosedLoop loop(plants_.at(speed, o_.sample_time), c, speed, {.synchronous = false});
       const MatrixXcd influence = loop.influence(speed), acting = loop.forces_of_commands(speed);
       const Index p = influence.rows(), m = influence.cols();
@@ -87,15 +90,16 @@ class Designer {
       const double weight = o_.force_weight * influence.norm() / acting.norm();
       MatrixXcd both(p + m, m);
       both << influence, weight * acting;
-      const MatrixXcd inverse = Eigen::PartialPivLU<MatrixXcd>(MatrixXcd(both.adjoint() * both))
-                                    .solve(MatrixXcd(both.adjoint()));
+      const MatrixXcd inverse =
+          Eigen::PartialPivLU<MatrixXcd>(MatrixXcd(both.adjoint() * both)).solve(MatrixXcd(both.adjoint()));
       SynchronousGains g{speed, inverse.leftCols(p), weight * inverse.rightCols(m), VectorXcd::Zero(m), VectorXd(m)};
       const VectorXcd open = plants_.unbalance_readings(speed);
       if (o_.unbalance_known)
         g.start = -g.correction * (loop.output_sensitivity(speed) * open) -
                   g.relief * (loop.forces_of_readings(speed) * open);
       for (Index j = 0; j < g.start.size(); ++j) {
-        g.most[j] = o_.share * c.actuators[static_cast<std::size_t>(j)].force_limit / std::min(1.0, std::abs(acting(j, j)));
+        g.most[j] =
+            o_.share * c.actuators[static_cast<std::size_t>(j)].force_limit / std::min(1.0, std::abs(acting(j, j)));
         if (std::abs(g.start[j]) > g.most[j]) g.start[j] *= g.most[j] / std::abs(g.start[j]);
       }
       c.synchronous.push_back(std::move(g));
@@ -107,8 +111,8 @@ class Designer {
     double damping = 1e9, peak = 0;
     for (std::size_t k = 0; k < at_.size(); ++k) {
       const ClosedLoop loop(at_[k], c, speeds_[k], {.synchronous = false});
-      for (const LoopChange& change : {LoopChange{1, 0, false}, LoopChange{0.8, 0, false}, LoopChange{1.2, 0, false},
-                                       LoopChange{1, 1, false}})
+      for (const LoopChange& change :
+           {LoopChange{1, 0, false}, LoopChange{0.8, 0, false}, LoopChange{1.2, 0, false}, LoopChange{1, 1, false}})
         if (!(ClosedLoop(at_[k], c, speeds_[k], change).growth() < 0)) return -1e9;
       peak = std::max(peak, loop.sensitivity_peak().maxCoeff());
       damping = std::min(damping, least_damping(loop.poles()));
@@ -161,7 +165,7 @@ VectorXd turning_force(const PlantFamily& plants, const ClosedLoop& loop, const 
   return (loop.forces_of_commands(speed) * start + loop.forces_of_readings(speed) * open).cwiseAbs();
 }
 
-void look(const Rotor& rotor, const ControlOptions& o, const Designer& designer, ControlDesign& d) {
+void look(const ControlOptions& o, const Designer& designer, ControlDesign& d) {
   const RotorController& c = d.controller;
   for (int k = 0; k < o.checked; ++k) {
     const double speed = speed_at(o, k, o.checked);
@@ -177,6 +181,11 @@ void look(const Rotor& rotor, const ControlOptions& o, const Designer& designer,
     d.worst_sensitivity = std::max(d.worst_sensitivity, p.sensitivity.maxCoeff());
     d.points.push_back(std::move(p));
   }
+}
+
+/// Cases in which the loop is unstable, with the first speed of each.
+std::vector<ControlRefusal> refusals(const Rotor& rotor, const ControlOptions& o, const RotorController& c) {
+  std::vector<ControlRefusal> refused;
   const System system = assemble(rotor);
   for (const Checked& check : kCases) {
     PlantFamily plants(rotor, system, check.full ? 0 : o.modes);
@@ -185,10 +194,11 @@ void look(const Rotor& rotor, const ControlOptions& o, const Designer& designer,
     for (int k = 0; k < count; ++k) {
       const double speed = speed_at(o, k, count);
       if (ClosedLoop(plants.at(speed, c.sample_time), c, speed, check.change).stable()) continue;
-      d.refused.push_back({check.with, speed});
+      refused.push_back({check.with, speed});
       break;
     }
   }
+  return refused;
 }
 
 void judge(const RotorController& c, const ControlOptions& o, ControlDesign& d) {
@@ -237,33 +247,41 @@ ControlDesign check_rotor_control(const Rotor& rotor, const RotorController& con
   check(controller);
   ControlDesign d;
   d.controller = controller;
-  look(rotor, o, Designer(rotor, o), d);
+  look(o, Designer(rotor, o), d);
+  d.refused = refusals(rotor, o, controller);
   judge(controller, o, d);
   return d;
 }
 
 ControlDesign design_rotor_control(const Rotor& rotor, const ControlOptions& o) {
+  constexpr int kTried = 8;
   require_options(rotor, o);
   const Designer designer(rotor, o);
-  ControlDesign best;
-  double best_score = -1e18;
+  std::vector<std::pair<double, Rates>> ranked;
   for (int i = 0; i <= 16; ++i)
     for (int j = 0; j <= 8; ++j) {
       // Rates from 1e-4 to 1 of the sample rate.
       const Rates rates{std::pow(10, -4 + 0.25 * i) / o.sample_time, std::pow(10, -3 + 0.5 * j) / o.sample_time};
       RotorController c;
-      if (!designer.feedback(rates, c)) continue;
-      const double score = designer.score(c);
-      if (score <= best_score && !best.controller.gains.empty()) continue;
-      best_score = score;
-      best.controller = std::move(c);
-      best.feedback_rate = rates.feedback;
-      best.observer_rate = rates.observer;
+      if (designer.feedback(rates, c)) ranked.emplace_back(designer.score(c), rates);
     }
-  if (best.controller.gains.empty())
+  if (ranked.empty())
     throw Error("no controller: an unstable or undamped mode is out of reach of the actuators or the probes");
-  designer.turning(best.controller);
-  look(rotor, o, designer, best);
+  std::ranges::stable_sort(ranked, std::ranges::greater(), &std::pair<double, Rates>::first);
+  ControlDesign best;
+  for (std::size_t k = 0; k < std::min<std::size_t>(kTried, ranked.size()); ++k) {
+    const Rates rates = ranked[k].second;
+    ControlDesign d;
+    designer.feedback(rates, d.controller);
+    designer.turning(d.controller);
+    d.refused = refusals(rotor, o, d.controller);
+    d.feedback_rate = rates.feedback;
+    d.observer_rate = rates.observer;
+    const bool allowed = d.refused.empty();
+    if (k == 0 || allowed) best = std::move(d);
+    if (allowed) break;
+  }
+  look(o, designer, best);
   judge(best.controller, o, best);
   return best;
 }

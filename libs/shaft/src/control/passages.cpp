@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "control/sampled_plant.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/nan.hpp"
 #include "whirl/shaft/control/plant_rows.hpp"
@@ -43,10 +44,12 @@ SampledForces sampled_forces(const Rotor& rotor, const System& system, const Rot
   used.probes.clear();
   used.actuators.clear();
   pushed.actuators.resize(static_cast<Index>(controller.actuators.size()), system.size());
-  for (const Probe& p : controller.probes) used.probes.push_back(named(rotor.probes, p.name, "probe of the controller"));
+  for (const Probe& p : controller.probes)
+    used.probes.push_back(named(rotor.probes, p.name, "probe of the controller"));
   for (const Actuator& a : controller.actuators) {
     const Actuator& found = named(rotor.actuators, a.name, "actuator of the controller");
-    pushed.actuators.row(static_cast<Index>(used.actuators.size())) = system.actuators.row(&found - rotor.actuators.data());
+    pushed.actuators.row(static_cast<Index>(used.actuators.size())) =
+        system.actuators.row(&found - rotor.actuators.data());
     used.actuators.push_back(found);
   }
   SampledForces forces;
@@ -60,8 +63,19 @@ SampledForces sampled_forces(const Rotor& rotor, const System& system, const Rot
   return forces;
 }
 
+std::optional<double> unstable_from(const Rotor& rotor, const System& system, double from, double to) {
+  constexpr int kModes = 8, kSpeeds = 40;
+  const PlantFamily plants(rotor, system, kModes);
+  for (int k = 0; k <= kSpeeds; ++k) {
+    const double speed = from + (to - from) * k / kSpeeds;
+    const Eigen::VectorXcd poles = plants.poles(speed);
+    if (poles.real().maxCoeff() > 1e-9 * poles.cwiseAbs().maxCoeff()) return speed;
+  }
+  return std::nullopt;
+}
+
 std::vector<ControlledPassage> passages(const System& system, const RotorRun* open, const RotorRun& closed,
-                              const std::vector<Index>& nodes) {
+                                        const std::vector<Index>& nodes) {
   System held = system;
   std::erase_if(held.supports, [](const Attachment& a) { return a.law.at(0).stiffness.trace() < 0; });
   const double low = closed.speed.minCoeff(), high = closed.speed.maxCoeff();
@@ -80,7 +94,8 @@ std::vector<ControlledPassage> passages(const System& system, const RotorRun* op
     p.closed = largest(closed, nodes, p);
     p.force = Eigen::VectorXd::Zero(closed.forces.rows());
     for (Index i = 0; i < closed.time.size(); ++i)
-      if (closed.speed[i] >= p.from && closed.speed[i] <= p.to) p.force = p.force.cwiseMax(closed.forces.col(i).cwiseAbs()).eval();
+      if (closed.speed[i] >= p.from && closed.speed[i] <= p.to)
+        p.force = p.force.cwiseMax(closed.forces.col(i).cwiseAbs()).eval();
     list.push_back(std::move(p));
   }
   return list;

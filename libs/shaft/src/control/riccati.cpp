@@ -27,7 +27,8 @@ Riccati solve_riccati(const MatrixXd& a, const MatrixXd& b, const MatrixXd& q, c
   }
   if (!settled || !h.allFinite()) return {h, kNaN};
   const MatrixXd xb = h * b;
-  const MatrixXd gain = Eigen::PartialPivLU<MatrixXd>(MatrixXd(r + b.transpose() * xb)).solve(MatrixXd(xb.transpose() * a));
+  const MatrixXd gain =
+      Eigen::PartialPivLU<MatrixXd>(MatrixXd(r + b.transpose() * xb)).solve(MatrixXd(xb.transpose() * a));
   const MatrixXd rest = a.transpose() * h * a - a.transpose() * xb * gain + q - h;
   return {h, rest.norm() / h.norm()};
 }

@@ -335,8 +335,10 @@ angle_deg = 90
 )";
 
 // clang-format on
-constexpr std::array kRotorTemplates{Template{"jeffcott", kJeffcott}, Template{"two-disc", kTwoDisc},
-                                     Template{"overhung", kOverhung}, Template{"centrifuge", kCentrifuge},
+constexpr std::array kRotorTemplates{Template{"jeffcott", kJeffcott},
+                                     Template{"two-disc", kTwoDisc},
+                                     Template{"overhung", kOverhung},
+                                     Template{"centrifuge", kCentrifuge},
                                      Template{"kit", kKit},
                                      Template{"active-centrifuge", kActiveCentrifuge},
                                      Template{"levitated", kLevitated}};

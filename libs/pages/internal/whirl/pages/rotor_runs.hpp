@@ -10,7 +10,6 @@
 #include "whirl/shaft/control/passages.hpp"
 #include "whirl/shaft/fit/order_run.hpp"
 #include "whirl/shaft/rotor_file.hpp"
-#include "whirl/shaft/modes.hpp"
 #include "whirl/shaft/transient.hpp"
 
 namespace whirl::pages {
@@ -45,8 +44,8 @@ struct RotorRecord {
   Recording record;
   Eigen::Index coordinates = 0, all_coordinates = 0;  ///< of a plane: used, and of the whole model
   double reduction_error = 0, reduction_speed = 0;    ///< worst difference of the unbalance response, where (rad/s)
-  std::vector<shaft::ControlledPassage> passages;               ///< with a controller
-  std::optional<shaft::Threshold> unstable;           ///< without the controller, from this speed on
+  std::vector<shaft::ControlledPassage> passages;     ///< with a controller
+  std::optional<double> unstable;                     ///< without the controller, from this speed on, rad/s
   Summary summary;
 };
 /// Throws Error for a rotor without probes and discs.

@@ -7,13 +7,14 @@
 
 namespace whirl::shaft {
 
-/// Forces of a sampled controller: what follows from the readings at one sample acts from the next one to that after it.
+/// Forces of a sampled controller: what follows from the readings at one sample acts from the next one to that after
+/// it.
 struct SampledForces {
   using Step = std::function<Eigen::VectorXd(const Eigen::VectorXd& readings, double angle, double speed)>;
-  double period = 0;             ///< s
-  Eigen::MatrixXd columns;       ///< force on (q_x, q_y) per newton
-  Eigen::MatrixXd rows;          ///< readings of (q_x, q_y)
-  std::function<Step()> start;   ///< makes a controller at rest; none: no forces
+  double period = 0;            ///< s
+  Eigen::MatrixXd columns;      ///< force on (q_x, q_y) per newton
+  Eigen::MatrixXd rows;         ///< readings of (q_x, q_y)
+  std::function<Step()> start;  ///< makes a controller at rest; none: no forces
 };
 
 /// A run at constant angular acceleration.

@@ -47,6 +47,9 @@ void save_rotor_controller(const std::filesystem::path& file, const RotorControl
 /// Throws Error with file, place and what is allowed.
 RotorController load_rotor_controller(const std::filesystem::path& file);
 
+/// What is added to speed^2 where the turning part is kept as a force per speed^2, (rad/s)^2.
+double turning_floor(const RotorController& controller);
+
 /// One step of a controller after another.
 class RotorControl {
  public:
@@ -60,6 +63,7 @@ class RotorControl {
   RotorController c_;
   Eigen::VectorXd state_, force_, wanted_;
   Eigen::VectorXcd adapted_, vector_;  // kg m, N
+  double slow_ = 0;                    // (rad/s)^2
 };
 
 }  // namespace whirl::shaft

@@ -23,12 +23,12 @@ struct ControlOptions {
 
 /// The loop at one speed.
 struct ControlPoint {
-  double speed = 0;                 ///< rad/s
-  double open_damping = 0;          ///< least damping ratio of a mode below 1.2 times the highest speed
-  double closed_damping = 0;        ///< the same of the closed loop
-  double growth = 0;                ///< largest, 1/s
-  Eigen::VectorXd sensitivity;      ///< peak over frequency, by actuator
-  Eigen::VectorXd turning_force;    ///< once a turn, before anything is learned, N, by actuator
+  double speed = 0;               ///< rad/s
+  double open_damping = 0;        ///< least damping ratio of a mode below 1.2 times the highest speed
+  double closed_damping = 0;      ///< the same of the closed loop
+  double growth = 0;              ///< largest, 1/s
+  Eigen::VectorXd sensitivity;    ///< peak over frequency, by actuator
+  Eigen::VectorXd turning_force;  ///< once a turn, before anything is learned, N, by actuator
 };
 
 /// A controller with one thing changed in the machine.

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "whirl/shaft/control/controller.hpp"
@@ -12,6 +13,9 @@ namespace whirl::shaft {
 /// Throws Error where the rotor lacks one.
 SampledForces sampled_forces(const Rotor& rotor, const System& system, const RotorController& controller);
 
+/// The lowest of some speeds in [from, to] at which a motion grows without control; nothing where none does.
+std::optional<double> unstable_from(const Rotor& rotor, const System& system, double from, double to);
+
 /// A critical speed and what happens around it: from half way to the one before, to half way to the next, at most a
 /// quarter of it.
 struct ControlledPassage {
@@ -22,6 +26,6 @@ struct ControlledPassage {
 /// At the forward critical speeds without control that the run passes. Bias stiffness of magnets counts as control.
 /// `open` may be null: unstable without control.
 std::vector<ControlledPassage> passages(const System& system, const RotorRun* open, const RotorRun& closed,
-                              const std::vector<Eigen::Index>& nodes);
+                                        const std::vector<Eigen::Index>& nodes);
 
 }  // namespace whirl::shaft
