@@ -40,6 +40,8 @@ void say_design(const shaft::ControlDesign& d, Session& session) {
   session.say(report::to_text(table));
   session.say(fmt::format("sensitivity        {:.2f} at most, zone {} of ISO 14839-3 (A below 3, B below 4, C below 5)",
                           d.worst_sensitivity, shaft::sensitivity_zone(d.worst_sensitivity)));
+  session.say(fmt::format("noise              1 um rms of every probe makes up to {:.2g} N rms of force",
+                          1e-6 * d.force_noise));
   if (d.refused.empty())
     session.say(
         "stable             at every speed: as designed, with twice the rotating damping, gain +-20 %, one sample more "

@@ -121,6 +121,16 @@ VectorXd ClosedLoop::sensitivity(double frequency) const {
   return (MatrixXcd::Identity(m, m) + x.middleRows(force_at_, m)).diagonal().cwiseAbs();
 }
 
+VectorXd ClosedLoop::force_noise() const {
+  // P = M P M' + B B' by doubling.
+  MatrixXd power = matrix_, covariance = disturb_ * disturb_.transpose();
+  for (int k = 0; k < 40 && power.norm() > 1e-9; ++k) {
+    covariance += (power * covariance * power.transpose()).eval();
+    power = (power * power).eval();
+  }
+  return covariance.diagonal().segment(force_at_, command_.cols()).cwiseSqrt();
+}
+
 VectorXd ClosedLoop::sensitivity_peak() const {
   constexpr int kPoints = 160;
   std::vector<double> frequencies;

@@ -34,6 +34,8 @@ class ClosedLoop {
   Eigen::MatrixXcd forces_of_readings(double frequency) const;
   /// Of each actuator with the loops of all others closed: what acts per what is added there (ISO 14839-3).
   Eigen::VectorXd sensitivity(double frequency) const;
+  /// Rms of each force per rms of white noise of every probe, N/m.
+  Eigen::VectorXd force_noise() const;
   /// Largest over frequency up to half the sample rate.
   Eigen::VectorXd sensitivity_peak() const;
 

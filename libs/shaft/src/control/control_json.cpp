@@ -148,6 +148,7 @@ Json control_design_json(const ControlDesign& d) {
       .set("points", std::move(points))
       .set("refused", std::move(refused))
       .set("worst_sensitivity", d.worst_sensitivity)
+      .set("force_noise", d.force_noise)
       .set("feedback_rate", d.feedback_rate)
       .set("observer_rate", d.observer_rate);
 }

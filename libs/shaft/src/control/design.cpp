@@ -106,9 +106,11 @@ class Designer {
     }
   }
 
-  /// Least damping ratio over the schedule where the loop is allowed; negative elsewhere, the less the better.
+  /// Least damping ratio over the schedule where the loop is allowed, as far as it is of use, less a hundredth for
+  /// every decade of force that noise of the probes makes; below -1 elsewhere, the less the better.
   double score(const RotorController& c) const {
-    double damping = 1e9, peak = 0;
+    constexpr double kEnough = 0.2;
+    double damping = kEnough, peak = 0, noise = 0;
     for (std::size_t k = 0; k < at_.size(); ++k) {
       const ClosedLoop loop(at_[k], c, speeds_[k], {.synchronous = false});
       for (const LoopChange& change :
@@ -116,8 +118,9 @@ class Designer {
         if (!(ClosedLoop(at_[k], c, speeds_[k], change).growth() < 0)) return -1e9;
       peak = std::max(peak, loop.sensitivity_peak().maxCoeff());
       damping = std::min(damping, least_damping(loop.poles()));
+      noise = std::max(noise, loop.force_noise().maxCoeff());
     }
-    return peak < 0.97 * o_.sensitivity ? damping : -peak;
+    return peak < 0.97 * o_.sensitivity ? damping - 0.01 * std::log10(noise) : -1 - peak;
   }
 
   double least_damping(const auto& poles) const {
@@ -178,6 +181,7 @@ void look(const ControlOptions& o, const Designer& designer, ControlDesign& d) {
     p.growth = all.growth();
     p.sensitivity = loop.sensitivity_peak();
     p.turning_force = turning_force(designer.plants(), loop, c, speed);
+    d.force_noise = std::max(d.force_noise, loop.force_noise().maxCoeff());
     d.worst_sensitivity = std::max(d.worst_sensitivity, p.sensitivity.maxCoeff());
     d.points.push_back(std::move(p));
   }

@@ -47,6 +47,7 @@ struct ControlDesign {
   std::vector<ControlPoint> points;
   std::vector<ControlRefusal> refused;  ///< empty: stable in every case at every speed
   double worst_sensitivity = 0;
+  double force_noise = 0;  ///< rms force of an actuator for white noise of every probe, at most, N/m
   double feedback_rate = 0, observer_rate = 0;  ///< found by the search, 1/s
   Summary summary;
 };
