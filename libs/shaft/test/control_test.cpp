@@ -163,6 +163,19 @@ TEST(ShaftControlProperty, WhatIsNotRefusedIsStable) {
   }
 }
 
+/// A turning part that learned faster than a lightly damped loop settles would be unstable: it is slowed down.
+TEST(ShaftControlProperty, TurningPartLearnsNoFasterThanTheLoopSettles) {
+  Rotor rotor = parse_rotor(rotor_template("jeffcott"), "jeffcott");
+  rotor.actuators = {{"x", {"shaft", 0.1}, {"ground", 0.1}, 0, 20, 0, 0}};
+  ControlOptions o;
+  o.from = o.to = 1000 * kRpm;
+  o.modes = 1;
+  o.checked = 1;
+  const ControlDesign d = design_rotor_control(rotor, o);
+  EXPECT_TRUE(d.refused.empty());
+  EXPECT_LT(d.controller.adaptation, o.adaptation);
+}
+
 std::vector<ControlCase> refused(const Rotor& rotor, const RotorController& c, const ControlOptions& o) {
   std::vector<ControlCase> list;
   const ControlDesign d = check_rotor_control(rotor, c, o);

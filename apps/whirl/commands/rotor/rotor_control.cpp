@@ -40,6 +40,7 @@ void say_design(const shaft::ControlDesign& d, Session& session) {
   session.say(report::to_text(table));
   session.say(fmt::format("sensitivity        {:.2f} at most, zone {} of ISO 14839-3 (A below 3, B below 4, C below 5)",
                           d.worst_sensitivity, shaft::sensitivity_zone(d.worst_sensitivity)));
+  session.say(fmt::format("turning part       learns at {:.2g} 1/s", d.controller.adaptation));
   session.say(fmt::format("noise              1 um rms of every probe makes up to {:.2g} N rms of force",
                           1e-6 * d.force_noise));
   if (d.refused.empty())
@@ -107,7 +108,7 @@ void add_rotor_control(CommandLine& rotor, Session& session) {
   sub->add_option("--from-rpm", o->from_rpm, "lowest speed")->range(0, 1e7)->required();
   sub->add_option("--to-rpm", o->to_rpm, "highest speed")->range(1e-3, 1e7)->required();
   sub->add_option("--rate-hz", o->rate_hz, "samples of the controller a second")->range(1, 1e6)->show_default();
-  sub->add_option("--modes", o->modes, "modes of a plane that the controller knows")->range(1, 100)->show_default();
+  sub->add_option("--modes", o->modes, "modes of a plane in the model of the controller")->range(1, 100)->show_default();
   sub->add_option("--schedule", o->schedule, "speeds with gains of their own")->range(1, 1000)->show_default();
   sub->add_option("--points", o->points, "speeds at which the loop is looked at")->range(2, 10000)->show_default();
   sub->add_option("--sensitivity", o->sensitivity, "largest peak of the sensitivity")->range(1.1, 100)->show_default();

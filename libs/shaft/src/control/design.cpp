@@ -28,6 +28,8 @@ double speed_at(const ControlOptions& o, int k, int count) {
   return count < 2 ? o.to : o.from + (o.to - o.from) * k / (count - 1);
 }
 
+constexpr LoopChange kLoopChanges[] = {{}, {.gain = 0.8}, {.gain = 1.2}, {.delay = 1}};
+
 /// Weights of the regulator and of the observer, as rates (1/s).
 struct Rates {
   double feedback = 0, observer = 0;
@@ -104,6 +106,14 @@ class Designer {
       }
       c.synchronous.push_back(std::move(g));
     }
+    // It must not learn faster than the loop settles.
+    for (int halvings = 0; halvings < 12 && !learns(c); ++halvings) c.adaptation /= 2;
+  }
+  bool learns(const RotorController& c) const {
+    for (std::size_t k = 0; k < at_.size(); ++k)
+      for (const LoopChange& change : kLoopChanges)
+        if (!ClosedLoop(at_[k], c, speeds_[k], change).stable()) return false;
+    return true;
   }
 
   /// Least damping ratio over the schedule where the loop is allowed, as far as it is of use, less a hundredth for
@@ -113,9 +123,10 @@ class Designer {
     double damping = kEnough, peak = 0, noise = 0;
     for (std::size_t k = 0; k < at_.size(); ++k) {
       const ClosedLoop loop(at_[k], c, speeds_[k], {.synchronous = false});
-      for (const LoopChange& change :
-           {LoopChange{1, 0, false}, LoopChange{0.8, 0, false}, LoopChange{1.2, 0, false}, LoopChange{1, 1, false}})
+      for (LoopChange change : kLoopChanges) {
+        change.synchronous = false;
         if (!(ClosedLoop(at_[k], c, speeds_[k], change).growth() < 0)) return -1e9;
+      }
       peak = std::max(peak, loop.sensitivity_peak().maxCoeff());
       damping = std::min(damping, least_damping(loop.poles()));
       noise = std::max(noise, loop.force_noise().maxCoeff());
