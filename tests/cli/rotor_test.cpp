@@ -87,6 +87,10 @@ TEST(RotorE2e, ControlOfAnOverhungRotorThroughThreeCriticalSpeeds) {
   for (const io::JsonReader& p : passages) EXPECT_LT(p.at("closed").number(), 0.05 * p.at("open").number()) << run.out;
   EXPECT_NE(slurp(folder / "run.csv").find("force_x_N"), std::string::npos);
 
+  const Outcome beyond =
+      folder.whirl("rotor run rotor.toml --from-rpm 9990 --to-rpm 10100 --seconds 0.2 --controller controller.json");
+  EXPECT_NE(beyond.err.find("designed for"), std::string::npos) << beyond.err;
+
   // The same controller on a machine with an actuator connected the wrong way round; one without actuators.
   std::string text = slurp(folder / "rotor.toml");
   text.replace(text.rfind("angle_deg = 90"), 14, "angle_deg = 270");

@@ -105,6 +105,9 @@ void run_with(const shaft::Rotor& rotor, const shaft::System& system, const Simu
   out.run = shaft::simulate_run(system, run);
   if (!o.controller) return;
   const double low = std::min(run.from, run.to), high = std::max(run.from, run.to);
+  const auto& gains = o.controller->gains;
+  if (low < gains.front().speed * (1 - 1e-9) || high > gains.back().speed * (1 + 1e-9))
+    out.summary.warn("the run leaves the speeds that the controller was designed for: beyond them its gains are held");
   out.unstable = shaft::unstable_from(rotor, system, low, high);
   std::vector<Index> nodes;
   for (const shaft::Probe& p : rotor.probes) nodes.push_back(system.node_at(p.position));

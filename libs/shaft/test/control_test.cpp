@@ -17,6 +17,7 @@
 #include "whirl/shaft/control/design.hpp"
 #include "whirl/shaft/control/export_c.hpp"
 #include "whirl/shaft/control/passages.hpp"
+#include "whirl/shaft/fit/fit.hpp"
 #include "whirl/shaft/modes.hpp"
 #include "whirl/shaft/reduction.hpp"
 #include "whirl/shaft/rotor_file.hpp"
@@ -392,6 +393,17 @@ TEST(ShaftControlFile, BadActuatorsAreRefused) {
   ASSERT_EQ(again.actuators.size(), 4U);
   EXPECT_EQ(again.actuators[3].bias_stiffness, -2e5);
   EXPECT_NEAR(again.actuators[3].angle, rotor.actuators[3].angle, 1e-12);
+}
+
+TEST(ShaftControlFile, AFitRefusesMagnets) {
+  OrderRun run;
+  run.vectors = Eigen::MatrixXcd::Zero(4, 1);
+  try {
+    fit_rotor(levitated_rotor(), {}, {run});
+    ADD_FAILURE();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("bias_stiffness"), std::string::npos) << e.what();
+  }
 }
 
 }  // namespace
