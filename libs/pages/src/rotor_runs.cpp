@@ -101,7 +101,7 @@ Recording recorded(const RotorRecord& r, const std::vector<shaft::Accelerometer>
 /// The run; with a controller also the one without it, where it is stable, and the passages of both.
 void run_with(const shaft::Rotor& rotor, const shaft::System& system, const SimulatedRun& o, RotorRecord& out) {
   shaft::RunOptions run = o.run;
-  if (o.controller) run.control = shaft::sampled_forces(rotor, system, *o.controller);
+  if (o.controller) run.control = shaft::sampled_forces(rotor, system, *o.controller, o.probe_noise, o.seed);
   out.run = shaft::simulate_run(system, run);
   if (!o.controller) return;
   const double low = std::min(run.from, run.to), high = std::max(run.from, run.to);

@@ -108,7 +108,9 @@ void add_rotor_control(CommandLine& rotor, Session& session) {
   sub->add_option("--from-rpm", o->from_rpm, "lowest speed")->range(0, 1e7)->required();
   sub->add_option("--to-rpm", o->to_rpm, "highest speed")->range(1e-3, 1e7)->required();
   sub->add_option("--rate-hz", o->rate_hz, "samples of the controller a second")->range(1, 1e6)->show_default();
-  sub->add_option("--modes", o->modes, "modes of a plane in the model of the controller")->range(1, 100)->show_default();
+  sub->add_option("--modes", o->modes, "modes of a plane in the model of the controller")
+      ->range(1, 100)
+      ->show_default();
   sub->add_option("--schedule", o->schedule, "speeds with gains of their own")->range(1, 1000)->show_default();
   sub->add_option("--points", o->points, "speeds at which the loop is looked at")->range(2, 10000)->show_default();
   sub->add_option("--sensitivity", o->sensitivity, "largest peak of the sensitivity")->range(1.1, 100)->show_default();

@@ -19,7 +19,7 @@ namespace {
 struct RotorRunOptions {
   std::string rotor, out, figure, controller;
   double from_rpm = 0, to_rpm = 0, seconds = 0, rate_hz = 1000;
-  double noise_db = 0;
+  double noise_db = 0, probe_noise_um = 0;
   std::uint64_t seed = 1;
   int modes = 8;
   bool full = false, weight = false;
@@ -84,6 +84,7 @@ void rotor_run(const RotorRunOptions& o, Session& session) {
   options.noise_db = o.noise_db;
   options.seed = o.seed;
   if (!o.controller.empty()) {
+    options.probe_noise = 1e-6 * o.probe_noise_um;
     options.controller = shaft::load_rotor_controller(o.controller);
     // The record keeps every n-th sample of the controller.
     const double rate = 1 / options.controller->sample_time;
@@ -142,6 +143,9 @@ void add_rotor_run(CommandLine& rotor, Session& session) {
   sub->add_option("--controller", o->controller,
                   "controller of `whirl rotor control`: the run is made with it, and without it beside")
       ->input();
+  sub->add_option("--probe-noise-um", o->probe_noise_um, "noise of every probe that the controller reads, rms")
+      ->range(0, 1e6)
+      ->show_default();
   sub->add_flag("--full", o->full, "every coordinate instead of the reduced model");
   sub->add_option("--modes", o->modes, "modes of a plane that the reduced model keeps")
       ->range(1, 1000)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <random>
 
 #include "control/sampled_plant.hpp"
 #include "whirl/core/error.hpp"
@@ -38,7 +39,8 @@ double largest(const RotorRun& run, const std::vector<Index>& nodes, const Contr
 
 }  // namespace
 
-SampledForces sampled_forces(const Rotor& rotor, const System& system, const RotorController& controller) {
+SampledForces sampled_forces(const Rotor& rotor, const System& system, const RotorController& controller, double noise,
+                             std::uint64_t seed) {
   Rotor used = rotor;
   System pushed = system;
   used.probes.clear();
@@ -56,9 +58,14 @@ SampledForces sampled_forces(const Rotor& rotor, const System& system, const Rot
   forces.period = controller.sample_time;
   forces.columns = actuator_columns(used, pushed);
   forces.rows = probe_rows(used, system);
-  forces.start = [controller]() -> SampledForces::Step {
+  forces.start = [controller, noise, seed]() -> SampledForces::Step {
     auto control = std::make_shared<RotorControl>(controller);
-    return [control](const Eigen::VectorXd& y, double angle, double speed) { return control->step(y, angle, speed); };
+    return [control, random = std::mt19937_64(seed), spread = std::normal_distribution<double>(0, noise), noise](
+               Eigen::VectorXd y, double angle, double speed) mutable -> Eigen::VectorXd {
+      if (noise > 0)
+        for (double& reading : y) reading += spread(random);
+      return control->step(y, angle, speed);
+    };
   };
   return forces;
 }

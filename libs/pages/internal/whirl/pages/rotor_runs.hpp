@@ -34,6 +34,7 @@ struct SimulatedRun {
   int modes = 8;        ///< of a plane, of the reduced model
   double noise_db = 0;  ///< rms of a channel over that of the noise added to it; 0: none
   std::uint64_t seed = 1;
+  double probe_noise = 0;                            ///< rms of what the controller reads, m
   std::optional<shaft::RotorController> controller;  ///< the run is made with it, and without it beside
 };
 /// A run of the rotor and what its sensors record: probes (or discs, _x and _y), accelerometers, forces, beta.

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -10,8 +11,9 @@
 namespace whirl::shaft {
 
 /// The controller on the rotor of `system`, for RunOptions::control. Probes and actuators are found by their names.
-/// Throws Error where the rotor lacks one.
-SampledForces sampled_forces(const Rotor& rotor, const System& system, const RotorController& controller);
+/// Throws Error where the rotor lacks one. The readings have white noise of this rms, m.
+SampledForces sampled_forces(const Rotor& rotor, const System& system, const RotorController& controller,
+                             double noise = 0, std::uint64_t seed = 1);
 
 /// The lowest of some speeds in [from, to] at which a motion grows without control; nothing where none does.
 std::optional<double> unstable_from(const Rotor& rotor, const System& system, double from, double to);
