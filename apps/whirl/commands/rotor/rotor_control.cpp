@@ -78,7 +78,7 @@ void rotor_control(const RotorControlOptions& o, Session& session) {
   }
   say_design(design, session);
   session.result(shaft::control_design_json(design));
-  const bool refused = !design.refused.empty();
+  const bool refused = design.summary.status == Status::unusable;
   session.write_together();
   if (!o.out.empty() && !refused) shaft::save_rotor_controller(o.out, design.controller);
   if (!o.code.empty() && !refused) {
