@@ -41,6 +41,7 @@ ELSEWHERE = {  # the beginning of a command: where the suite runs it
     "whirl modes building9.csv.gz": "a measured file: reference tests",
     "whirl modes blow.json": "a measured file: reference tests",
     "whirl identify big.csv": "a gigabyte",
+    "whirl rotor control": "RotorE2e",
     "whirl rotor fit": "RotorE2e, examples/11_rotor_fit",
     "whirl identify rundown.csv --columns t_s DE_acc_g": "SensedRatesE2e",
     "whirl centrifuge": "RotorE2e, examples/18_centrifuge",

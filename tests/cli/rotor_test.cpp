@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "program.hpp"
 #include "whirl/io/csv.hpp"
@@ -63,6 +64,48 @@ TEST(RotorE2e, FitFindsTheBearingsOfARecordedRotor) {
   const Outcome missing = folder.whirl("rotor fit drawing.toml up.csv");
   EXPECT_EQ(missing.exit_code, 2);
   EXPECT_NE(missing.err.find("trial"), std::string::npos) << missing.err;
+}
+
+TEST(RotorE2e, ControlOfAnOverhungRotorThroughThreeCriticalSpeeds) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rotor new --template active-centrifuge --out rotor.toml").exit_code, 0);
+  const Outcome made = folder.whirl(
+      "rotor control rotor.toml --from-rpm 300 --to-rpm 10000 --points 5 --out controller.json --c step.c --json "
+      "--quiet");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const io::Json design = io::parse_json(made.out, "stdout");
+  EXPECT_LT(io::JsonReader(design, "stdout").at("worst_sensitivity").number(), 3);
+  EXPECT_NE(slurp(folder / "step.c").find("step_step("), std::string::npos);
+  const Outcome run = folder.whirl(
+      "rotor run rotor.toml --from-rpm 300 --to-rpm 10000 --seconds 100 --controller controller.json --out run.csv "
+      "--json "
+      "--quiet");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const io::Json document = io::parse_json(run.out, "stdout");
+  const auto passages = io::JsonReader(document, "stdout").at("passages").items();
+  ASSERT_EQ(passages.size(), 3U);
+  for (const io::JsonReader& p : passages) EXPECT_LT(p.at("closed").number(), 0.05 * p.at("open").number()) << run.out;
+  EXPECT_NE(slurp(folder / "run.csv").find("force_x_N"), std::string::npos);
+
+  const Outcome beyond =
+      folder.whirl("rotor run rotor.toml --from-rpm 9990 --to-rpm 10100 --seconds 0.2 --controller controller.json");
+  EXPECT_NE(beyond.err.find("designed for"), std::string::npos) << beyond.err;
+
+  // The same controller on a machine with an actuator connected the wrong way round; one without actuators.
+  std::string text = slurp(folder / "rotor.toml");
+  text.replace(text.rfind("angle_deg = 90"), 14, "angle_deg = 270");
+  folder.write("wrong.toml", text);
+  const Outcome refused = folder.whirl(
+      "rotor control wrong.toml --check controller.json --from-rpm 300 --to-rpm 10000 --points 5 --out other.json");
+  EXPECT_EQ(refused.exit_code, 1) << refused.err;
+  EXPECT_NE(refused.err.find("unstable at 300 rpm as designed"), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "other.json"));
+  ASSERT_EQ(folder.whirl("rotor new --template kit --out kit.toml").exit_code, 0);
+  const Outcome none = folder.whirl("rotor control kit.toml --from-rpm 300 --to-rpm 1000");
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.err.find("[[actuator]]"), std::string::npos) << none.err;
+  EXPECT_EQ(
+      folder.whirl("rotor run kit.toml --from-rpm 1 --to-rpm 2 --seconds 1 --controller controller.json").exit_code, 2);
 }
 
 TEST(RotorE2e, CentrifugeCheckAndLimits) {

@@ -63,15 +63,15 @@ void add_noise(Recording& record, double noise_db, std::uint64_t seed) {
   if (!(noise_db > 0)) return;
   std::mt19937_64 random(seed);
   for (Channel& c : record.channels) {
-    if (c.quantity == Quantity::angle) continue;
+    if (c.quantity == Quantity::angle || c.quantity == Quantity::force) continue;
     const double rms = std::sqrt(c.samples.squaredNorm() / static_cast<double>(c.samples.size()));
     std::normal_distribution<double> noise(0, rms * std::pow(10, -noise_db / 20));
     for (double& value : c.samples) value += noise(random);
   }
 }
 
-Recording recorded(const RotorRecord& r, const std::vector<shaft::Accelerometer>& accelerometers, double dt,
-                   const std::string& source) {
+Recording recorded(const RotorRecord& r, const std::vector<shaft::Accelerometer>& accelerometers,
+                   const std::vector<shaft::Actuator>& forces, double dt, const std::string& source) {
   Recording record;
   record.dt = dt;
   record.source = source;
@@ -91,8 +91,33 @@ Recording recorded(const RotorRecord& r, const std::vector<shaft::Accelerometer>
       record.add(column_name(accelerometers[k].name), Quantity::acceleration,
                  readings.row(static_cast<Index>(k)).transpose());
   }
+  for (Index k = 0; k < r.run.forces.rows(); ++k)
+    record.add("force_" + column_name(forces[static_cast<std::size_t>(k)].name), Quantity::force,
+               r.run.forces.row(k).transpose());
   record.add("beta", Quantity::angle, r.run.angle);
   return record;
+}
+
+/// The run; with a controller also the one without it, where it is stable, and the passages of both.
+void run_with(const shaft::Rotor& rotor, const shaft::System& system, const SimulatedRun& o, RotorRecord& out) {
+  shaft::RunOptions run = o.run;
+  if (o.controller) run.control = shaft::sampled_forces(rotor, system, *o.controller, o.probe_noise, o.seed);
+  out.run = shaft::simulate_run(system, run);
+  if (!o.controller) return;
+  const double low = std::min(run.from, run.to), high = std::max(run.from, run.to);
+  const auto& gains = o.controller->gains;
+  if (low < gains.front().speed * (1 - 1e-9) || high > gains.back().speed * (1 + 1e-9))
+    out.summary.warn("the run leaves the speeds that the controller was designed for: beyond them its gains are held");
+  out.unstable = shaft::unstable_from(rotor, system, low, high);
+  std::vector<Index> nodes;
+  for (const shaft::Probe& p : rotor.probes) nodes.push_back(system.node_at(p.position));
+  for (const shaft::Disc& d : rotor.discs) nodes.push_back(system.node_at(d.position));
+  if (out.unstable) {
+    out.passages = shaft::passages(system, nullptr, out.run, nodes);
+    return;
+  }
+  const shaft::RotorRun open = shaft::simulate_run(system, o.run);
+  out.passages = shaft::passages(system, &open, out.run, nodes);
 }
 
 }  // namespace
@@ -133,7 +158,7 @@ RotorRecord simulated_record(const shaft::RotorJob& job, const SimulatedRun& o, 
   if (out.places.empty()) throw Error(source + ": no [[probe]] and no [[disc]]: nothing to look at");
   out.coordinates = out.all_coordinates = full.size();
   if (o.full) {
-    out.run = shaft::simulate_run(full, o.run);
+    run_with(job.rotor, full, o, out);
   } else {
     const shaft::Reduction reduced =
         shaft::reduce(full, {.modes = o.modes, .static_shapes = true, .highest = std::max(o.run.from, o.run.to)});
@@ -142,12 +167,13 @@ RotorRecord simulated_record(const shaft::RotorJob& job, const SimulatedRun& o, 
     out.reduction_speed = reduced.worst_speed;
     if (reduced.worst_error > kReduced)
       out.summary.warn("the reduced model differs from the full one by more than 1 %: raise --modes or use --full");
-    out.run = shaft::simulate_run(reduced.system, o.run);
+    run_with(job.rotor, reduced.system, o, out);
   }
   if (!out.run.x.allFinite()) out.summary.fail("the motion grows without bound: the rotor is unstable in this range");
   if (out.run.step_error > kStepped) out.summary.warn("the time steps are too long for this motion: raise --rate-hz");
   for (const RotorPlace& p : out.places) out.peaks.push_back(shaft::run_peak(out.run, p.node));
-  out.record = recorded(out, accelerometers, o.run.sample_time, source);
+  out.record = recorded(out, accelerometers, o.controller ? o.controller->actuators : std::vector<shaft::Actuator>{},
+                        o.run.sample_time, source);
   add_noise(out.record, o.noise_db, o.seed);
   return out;
 }

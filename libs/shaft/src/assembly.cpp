@@ -39,6 +39,7 @@ class Assembler {
     add_bow();  // while the stiffness is that of the shaft alone
     add_parts();
     for (const Support& s : rotor_.supports) add_support(s);
+    add_actuators();
     add_unbalance();
     observe();
     return std::move(system_);
@@ -156,6 +157,20 @@ class Assembler {
     Attachment a{s.name, row(s.a) - row(s.b), {}, s.law, s.tilt_stiffness, s.tilt_damping};
     if (s.tilt_stiffness != 0 || s.tilt_damping != 0) a.tilt = slope_row(s.a) - slope_row(s.b);
     system_.supports.push_back(std::move(a));
+  }
+
+  void add_actuators() {
+    system_.actuators = MatrixXd::Zero(static_cast<Index>(rotor_.actuators.size()), size_);
+    Index k = 0;
+    for (const Actuator& a : rotor_.actuators) {
+      const VectorXd felt = row(a.a) - row(a.b);
+      system_.actuators.row(k++) = felt.transpose();
+      if (a.bias_stiffness == 0) continue;
+      const Eigen::Vector2d along(std::cos(a.angle), std::sin(a.angle));
+      SupportLaw law;
+      law.stiffness = {a.bias_stiffness * along * along.transpose()};
+      system_.supports.push_back({"bias of " + a.name, felt, {}, law, 0, 0});
+    }
   }
 
   void add_unbalance() {

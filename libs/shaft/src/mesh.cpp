@@ -15,6 +15,9 @@ std::vector<double> named_stations(const Rotor& rotor) {
   for (const JointDamping& j : rotor.joints) at.insert(at.end(), {j.from, j.to});
   for (const Unbalance& u : rotor.unbalances) at.insert(at.end(), {u.position, u.end});
   for (const Probe& p : rotor.probes) at.push_back(p.position);
+  for (const Actuator& a : rotor.actuators)
+    for (const Point* p : {&a.a, &a.b})
+      if (p->part == "shaft") at.push_back(p->position);
   return at;
 }
 

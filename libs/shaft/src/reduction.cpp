@@ -47,6 +47,7 @@ std::vector<VectorXd> applied_forces(const System& s) {
     list.push_back(a.row);
     if (a.tilt.size() > 0) list.push_back(a.tilt);
   }
+  for (Index k = 0; k < s.actuators.rows(); ++k) list.emplace_back(s.actuators.row(k).transpose());
   for (const VectorXcd* v : {&s.unbalance, &s.bow}) {
     list.emplace_back(v->real());
     list.emplace_back(v->imag());
@@ -101,6 +102,7 @@ System project(const System& s, const MatrixXd& basis) {
   r.deflection = s.deflection * basis;
   r.slope = s.slope * basis;
   r.bodies = s.bodies * basis;
+  if (s.actuators.rows() > 0) r.actuators = s.actuators * basis;
   return r;
 }
 

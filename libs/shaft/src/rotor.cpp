@@ -141,6 +141,13 @@ void check(const Rotor& r) {
     if (u.end < u.position) throw Error("an unbalance is spread from left to right: its end is before its position");
   }
   for (const Probe& p : r.probes) on_shaft("probe.position", p.position);
+  for (const Actuator& a : r.actuators) {
+    check_point(r, "actuator " + a.name, a.a);
+    check_point(r, "actuator " + a.name, a.b);
+    require_range("actuator " + a.name + ".force_limit", a.force_limit, 1e-12, kHuge, "N");
+    require_range("actuator " + a.name + ".slew", a.slew, 0, kHuge, "N/s");
+    require_range("actuator " + a.name + ".bias_stiffness", a.bias_stiffness, -kHuge, 0, "N/m");
+  }
   for (std::size_t k = 1; k < r.bow.size(); ++k)
     if (!(r.bow[k].position > r.bow[k - 1].position)) throw Error("the points of a bow must be from left to right");
   if (r.bow.size() == 1) throw Error("a bow needs two points or more");

@@ -26,7 +26,7 @@ def templates():
 
 
 def template(name="two-disc"):
-    """A rotor to begin with: jeffcott, two-disc, overhung, centrifuge or kit. Its `text` is the file."""
+    """A rotor to begin with: jeffcott, two-disc, overhung, centrifuge, kit, active-centrifuge or levitated. Its `text` is the file."""
     return Rotor(_whirl._rotor_template(name), name)
 
 

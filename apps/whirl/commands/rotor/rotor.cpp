@@ -55,6 +55,7 @@ void add_rotor(CommandLine& app, Session& session) {
   add_rotor_campbell(*rotor, session);
   add_rotor_criticals(*rotor, session);
   add_rotor_response(*rotor, session);
+  add_rotor_control(*rotor, session);
   add_rotor_run(*rotor, session);
   add_rotor_fit(*rotor, session);
   add_rotor_trend(*rotor, session);

@@ -15,6 +15,7 @@ void add_centrifuge(CommandLine& app, Session& session);
 void add_centrifuge_runup(CommandLine& centrifuge, Session& session);
 void add_rotor_modes(CommandLine& rotor, Session& session);
 void add_rotor_campbell(CommandLine& rotor, Session& session);
+void add_rotor_control(CommandLine& rotor, Session& session);
 void add_rotor_criticals(CommandLine& rotor, Session& session);
 void add_rotor_response(CommandLine& rotor, Session& session);
 void add_rotor_fit(CommandLine& rotor, Session& session);

@@ -10,15 +10,16 @@
 #include "whirl/report/table.hpp"
 #include "whirl/report/units.hpp"
 #include "whirl/report/write_figure.hpp"
+#include "whirl/shaft/control/control_json.hpp"
 #include "whirl/shaft/rotor_json.hpp"
 
 namespace whirl::app {
 namespace {
 
 struct RotorRunOptions {
-  std::string rotor, out, figure;
+  std::string rotor, out, figure, controller;
   double from_rpm = 0, to_rpm = 0, seconds = 0, rate_hz = 1000;
-  double noise_db = 0;
+  double noise_db = 0, probe_noise_um = 0;
   std::uint64_t seed = 1;
   int modes = 8;
   bool full = false, weight = false;
@@ -53,6 +54,24 @@ report::Figure run_figure(const shaft::RotorRun& run, const std::vector<pages::R
   return figure;
 }
 
+void say_passages(const pages::RotorRecord& made, const shaft::RotorController& controller, Session& session) {
+  report::Table table;
+  table.caption = "passages: largest deflection of all probes and discs, without and with control";
+  table.columns = {{"critical", "rpm"}, {"open", "um"}, {"closed", "um"}, {"less", "%"}};
+  for (const shaft::Actuator& a : controller.actuators) table.columns.push_back({"force " + a.name, "N"});
+  for (const shaft::ControlledPassage& p : made.passages) {
+    const bool open = std::isfinite(p.open);
+    std::vector<std::string> row{
+        report::format_fixed(p.speed / kRadPerSecPerRpm, 0), open ? report::format_number(1e6 * p.open, 4) : "unstable",
+        report::format_number(1e6 * p.closed, 4), open ? report::format_fixed(100 * (1 - p.closed / p.open), 1) : ""};
+    for (const double force : p.force) row.push_back(report::format_number(force, 3));
+    table.add(row);
+  }
+  session.say(report::to_text(table));
+  if (made.unstable)
+    session.say(fmt::format("without control    unstable from {:.5g} rpm", *made.unstable / kRadPerSecPerRpm));
+}
+
 void rotor_run(const RotorRunOptions& o, Session& session) {
   pages::SimulatedRun options;
   options.run.from = o.from_rpm * kRadPerSecPerRpm;
@@ -64,6 +83,13 @@ void rotor_run(const RotorRunOptions& o, Session& session) {
   options.modes = o.modes;
   options.noise_db = o.noise_db;
   options.seed = o.seed;
+  if (!o.controller.empty()) {
+    options.probe_noise = 1e-6 * o.probe_noise_um;
+    options.controller = shaft::load_rotor_controller(o.controller);
+    // The record keeps every n-th sample of the controller.
+    const double rate = 1 / options.controller->sample_time;
+    options.run.sample_time = options.controller->sample_time * std::max(1.0, std::round(rate / o.rate_hz));
+  }
   const pages::RotorRecord made = pages::simulated_record(shaft::read_rotor_job(o.rotor), options, o.rotor);
   const shaft::RotorRun& run = made.run;
   if (!o.full)
@@ -84,7 +110,12 @@ void rotor_run(const RotorRunOptions& o, Session& session) {
                report::format_fixed(peak.speed / kRadPerSecPerRpm, 1), report::format_fixed(peak.time, 3)});
   }
   session.say(report::to_text(table));
-  session.result(shaft::run_json(run, names, made.peaks, made.reduction_error));
+  io::Json document = shaft::run_json(run, names, made.peaks, made.reduction_error);
+  if (options.controller) {
+    say_passages(made, *options.controller, session);
+    document.set("passages", shaft::passages_json(made.passages));
+  }
+  session.result(document);
   session.write_together();
   if (!o.out.empty()) write_run(o.out, made.record);
   if (!o.figure.empty()) report::write_figure(run_figure(run, made.places, o.rotor), o.figure);
@@ -109,6 +140,12 @@ void add_rotor_run(CommandLine& rotor, Session& session) {
   sub->add_option("--to-rpm", o->to_rpm, "last speed")->range(0, 1e7)->required();
   sub->add_option("--seconds", o->seconds, "length of the run")->range(1e-3, 1e5)->required();
   sub->add_option("--rate-hz", o->rate_hz, "samples a second")->range(1, 1e6)->show_default();
+  sub->add_option("--controller", o->controller,
+                  "controller of `whirl rotor control`: the run is made with it, and without it beside")
+      ->input();
+  sub->add_option("--probe-noise-um", o->probe_noise_um, "noise of every probe that the controller reads, rms")
+      ->range(0, 1e6)
+      ->show_default();
   sub->add_flag("--full", o->full, "every coordinate instead of the reduced model");
   sub->add_option("--modes", o->modes, "modes of a plane that the reduced model keeps")
       ->range(1, 1000)

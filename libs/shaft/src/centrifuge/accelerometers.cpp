@@ -25,8 +25,9 @@ System assemble_with(const Rotor& rotor, const std::vector<Accelerometer>& accel
   Index row = s.bodies.rows();
   const auto own = static_cast<std::ptrdiff_t>(rotor.supports.size());
   s.bodies.conservativeResize(row + 2 * static_cast<Index>(accelerometers.size()), Eigen::NoChange);
-  for (auto at = s.supports.begin() + own; at != s.supports.end(); ++at) s.bodies.row(row++) = at->row.transpose();
-  s.supports.erase(s.supports.begin() + own, s.supports.end());
+  const auto first = s.supports.begin() + own, end = first + 2 * static_cast<std::ptrdiff_t>(accelerometers.size());
+  for (auto at = first; at != end; ++at) s.bodies.row(row++) = at->row.transpose();
+  s.supports.erase(first, end);
   return s;
 }
 

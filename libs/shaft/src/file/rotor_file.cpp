@@ -26,6 +26,7 @@ struct RotorUnit {
 constexpr RotorUnit kModulus[] = {{"GPa", 1e9}, {"MPa", 1e6}, {"Pa", 1}};
 constexpr RotorUnit kDensity[] = {{"kg_m3", 1}, {"gram_cm3", 1e3}};
 constexpr RotorUnit kUnbalance[] = {{"gmm", 1e-6}, {"kgm", 1}};
+constexpr RotorUnit kSlew[] = {{"N_s", 1}, {"kN_s", 1e3}};
 constexpr RotorUnit kTiltStiffness[] = {{"Nm_rad", 1}};
 constexpr RotorUnit kTiltDamping[] = {{"Nms_rad", 1}};
 
@@ -56,6 +57,7 @@ class RotorReader {
     }
     read_supports();
     read_excitation();
+    read_actuators();
     FitSetup fit = read_fit_setup(s_, rotor_);
     CentrifugeSetup centrifuge = read_centrifuge(s_, rotor_);
     s_.finish();
@@ -281,6 +283,28 @@ class RotorReader {
       const std::string at = fmt::format("probe[{}].", k);
       rotor_.probes.push_back({s_.text(at + "name", fmt::format("probe {}", k + 1)), position(at + "position"),
                                s_.number(at + "angle", Q::angle, 0)});
+    }
+  }
+
+  void read_actuators() {
+    for (std::size_t k = 0; k < s_.count("actuator"); ++k) {
+      const std::string at = fmt::format("actuator[{}].", k);
+      Actuator a;
+      a.name = s_.text(at + "name", fmt::format("actuator {}", k + 1));
+      for (const Actuator& other : rotor_.actuators)
+        if (other.name == a.name) throw s_.error(at + "name", "two actuators have this name: each needs its own");
+      a.a.part = part(at + "on", "shaft");
+      a.b.part = part(at + "against", "ground");
+      if (a.a.part == "ground") throw s_.error(at + "on", "must be the shaft or a [[body]]: the ground does not move");
+      if (a.a.part == a.b.part) throw s_.error(at + "against", "must be another part than the one pushed");
+      const bool shaft = a.a.part == "shaft" || a.b.part == "shaft";
+      a.a.position = a.b.position =
+          shaft ? position(at + "position") : s_.require_number(at + "position", Q::displacement);
+      a.angle = s_.number(at + "angle", Q::angle, 0);
+      a.force_limit = s_.require_number(at + "force_limit", Q::force, 1e-12);
+      a.slew = find(at + "slew", kSlew, 0, kLargest).value_or(0);
+      a.bias_stiffness = s_.number(at + "bias_stiffness", Q::stiffness, 0, -kLargest, 0);
+      rotor_.actuators.push_back(std::move(a));
     }
   }
 

@@ -154,6 +154,17 @@ class RotorText {
       number("position_m", p.position);
       number("angle_deg", p.angle / kRadPerDegree);
     }
+    for (const Actuator& a : r_.actuators) {
+      open("actuator");
+      text("name", a.name);
+      text("on", a.a.part);
+      text("against", a.b.part);
+      number("position_m", a.a.position);
+      number("angle_deg", a.angle / kRadPerDegree);
+      number("force_limit_N", a.force_limit);
+      if (a.slew > 0) number("slew_N_s", a.slew);
+      if (a.bias_stiffness != 0) number("bias_stiffness_N_m", a.bias_stiffness);
+    }
   }
 
   const Rotor& r_;

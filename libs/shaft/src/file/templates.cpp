@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "file/active_templates.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/shaft/rotor_file.hpp"
 
@@ -334,9 +335,13 @@ angle_deg = 90
 )";
 
 // clang-format on
-constexpr std::array kRotorTemplates{Template{"jeffcott", kJeffcott}, Template{"two-disc", kTwoDisc},
-                                     Template{"overhung", kOverhung}, Template{"centrifuge", kCentrifuge},
-                                     Template{"kit", kKit}};
+constexpr std::array kRotorTemplates{Template{"jeffcott", kJeffcott},
+                                     Template{"two-disc", kTwoDisc},
+                                     Template{"overhung", kOverhung},
+                                     Template{"centrifuge", kCentrifuge},
+                                     Template{"kit", kKit},
+                                     Template{"active-centrifuge", kActiveCentrifuge},
+                                     Template{"levitated", kLevitated}};
 
 }  // namespace
 

@@ -217,6 +217,11 @@ RotorFit fit_rotor(const Rotor& rotor, const FitSetup& setup, const std::vector<
                    const FitOptions& options) {
   check(rotor);
   check_fit(rotor, setup, runs);
+  for (const Actuator& a : rotor.actuators)
+    if (a.bias_stiffness != 0)
+      throw Error::in_field(
+          "actuator " + a.name + ".bias_stiffness", fmt::format("{:g} N/m", a.bias_stiffness),
+          "0 in a fit: records of a rotor that its magnets hold have forces that the fit does not take");
   require_range("modes", options.modes, 2, 1000);
   return RotorFitter(rotor, setup, runs, options).fit();
 }

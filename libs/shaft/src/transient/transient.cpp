@@ -82,9 +82,11 @@ class Integrator {
       else
         gravity_ = kImaginary * down;
     }
-    directions_ = directions();
+    held_ = pending_ = VectorXd::Zero(o.control.start ? o.control.columns.cols() : 0);
+    if (o.control.start) controller_ = o.control.start();
+    directions_ = directions(o.control.columns);
     dq_ = dv_ = stage_ = VectorXcd::Zero(gravity_.size());
-    state_ = VectorXcd::Zero(3 * gravity_.size() + 10);
+    state_ = VectorXcd::Zero(3 * gravity_.size() + 2 * directions_.cols());
     inner_ = VectorXcd::Zero(static_cast<Index>(kStages) * gravity_.size());
     inward_.resize(inner_.size(), state_.size());
     for (std::size_t j = 0; constant_ && j < kStages; ++j) prepare(j);
@@ -113,16 +115,17 @@ class Integrator {
     end_step();
   }
 
+  /// A sample of the controller.
+  void control(const SampledForces& c, double t) {
+    const auto [x, y] = planes();
+    const Index n = x.size();
+    held_ = pending_;
+    pending_ = controller_(c.rows.leftCols(n) * x + c.rows.rightCols(n) * y, drive_.angle(t), drive_.speed(t));
+  }
+
   void observe(RotorRun& run, Index k) const {
-    const Index n = system_.size();
-    VectorXd x, y;
-    if constexpr (kReal) {
-      x = q_.head(n);
-      y = q_.tail(n);
-    } else {
-      x = q_.real();
-      y = q_.imag();
-    }
+    const auto [x, y] = planes();
+    run.forces.col(k) = held_;
     run.x.col(k) = system_.deflection * x;
     run.y.col(k) = system_.deflection * y;
     run.body_x.col(k) = system_.bodies * x;
@@ -130,6 +133,14 @@ class Integrator {
   }
 
  private:
+  std::pair<VectorXd, VectorXd> planes() const {
+    const Index n = system_.size();
+    if constexpr (kReal)
+      return {q_.head(n), q_.tail(n)};
+    else
+      return {q_.real(), q_.imag()};
+  }
+
   Equations<Matrix> equations(double speed) const {
     if constexpr (kReal)
       return plane_equations(system_, speed);
@@ -137,14 +148,17 @@ class Integrator {
       return circular_equations(system_, speed);
   }
 
-  /// Coordinates of the force (W^2 - i W') u e^{i theta} + b e^{i theta} + gravity in the columns of `directions`.
-  Eigen::Matrix<double, 5, 1> force_at(double t) const {
+  /// Coordinates of the force (W^2 - i W') u e^{i theta} + b e^{i theta} + gravity + what a controller holds in the
+  /// columns of `directions`.
+  VectorXd force_at(double t) const {
     const double w = drive_.speed(t);
     const Complex turn = std::polar(1.0, drive_.angle(t)), unbalance = Complex(w * w, -drive_.rate) * turn;
-    return {unbalance.real(), unbalance.imag(), turn.real(), turn.imag(), 1};
+    VectorXd all(5 + held_.size());
+    all << unbalance.real(), unbalance.imag(), turn.real(), turn.imag(), 1, held_;
+    return all;
   }
-  Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, 5> directions() const {
-    Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, 5> all(gravity_.size(), 5);
+  Matrix directions(const MatrixXd& push) const {
+    Matrix all(gravity_.size(), 5 + held_.size());
     const auto both = [](const VectorXcd& u) -> Vector {
       if constexpr (kReal) {
         Vector planes(2 * u.size());
@@ -159,6 +173,11 @@ class Integrator {
     all.col(2) = both(system_.bow);
     all.col(3) = both(kImaginary * system_.bow);
     all.col(4) = gravity_;
+    const Index n = system_.size();
+    if constexpr (kReal)
+      all.rightCols(held_.size()) = push.leftCols(held_.size());
+    else if (held_.size() > 0)
+      all.rightCols(held_.size()) = push.topRows(n) + kImaginary * push.bottomRows(n);
     return all;
   }
   Vector force(double t) const { return directions_ * force_at(t).template cast<typename Matrix::Scalar>(); }
@@ -179,9 +198,10 @@ class Integrator {
     const Index n = q_.size();
     state_.head(n) = v_;
     state_.segment(n, n) = q_;
+    const Index forces = directions_.cols();
     state_.segment(2 * n, n) = middle * q_;
-    state_.segment(3 * n, 5) = force_at(t + stages_.at[0] * step_);
-    state_.tail(5) = force_at(t + stages_.at[1] * step_);
+    state_.segment(3 * n, forces) = force_at(t + stages_.at[0] * step_);
+    state_.tail(forces) = force_at(t + stages_.at[1] * step_);
     inner_.noalias() = inward_ * state_;
     dq_.setZero();
     dv_.setZero();
@@ -228,7 +248,9 @@ class Integrator {
   GaussStages stages_;
   Equations<Matrix> base_;
   Matrix turning_damping_, turning_stiffness_;
-  Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, 5> directions_;
+  Matrix directions_;
+  VectorXd held_, pending_;
+  SampledForces::Step controller_;
   Vector gravity_, q_, v_;
   VectorXcd dq_, dv_, stage_, inner_, state_;
   std::array<PencilInverse, kStages> pencils_;
@@ -247,10 +269,16 @@ RotorRun integrate_run(const System& s, const RunOptions& o, int parts) {
   run.angle = (o.from * run.time.array() + rate / 2 * run.time.array().square()).matrix();
   run.x = run.y = MatrixXd(s.deflection.rows(), samples);
   run.body_x = run.body_y = MatrixXd(s.bodies.rows(), samples);
+  run.forces = MatrixXd::Zero(o.control.start ? o.control.columns.cols() : 0, samples);
+  const auto held = o.control.start ? static_cast<int>(std::lround(o.control.period / run.step)) : 0;
   Integrator<Matrix> integrator(s, o, run.step);
   integrator.observe(run, 0);
   for (Index k = 1; k < samples; ++k) {
-    for (int p = 0; p < parts; ++p) integrator.advance(run.time[k - 1] + p * run.step);
+    for (int p = 0; p < parts; ++p) {
+      const double t = run.time[k - 1] + p * run.step;
+      if (held > 0 && p % held == 0) integrator.control(o.control, t);
+      integrator.advance(t);
+    }
     integrator.observe(run, k);
   }
   return run;
@@ -269,14 +297,19 @@ RotorRun simulate_run(const System& s, const RunOptions& o) {
   if (!(o.sample_time > 0)) throw Error::in_field("sample time", std::to_string(o.sample_time), "above 0 s");
   if (!(o.duration / o.sample_time < 1e8)) throw Error("more than 1e8 samples: a longer sample time is needed");
   if (!(o.from >= 0 && o.to >= 0)) throw Error("the speeds of a run are 0 and above");
+  const double periods = o.control.start ? o.sample_time / o.control.period : 0.5;
+  if (o.control.start && std::abs(periods - std::round(periods)) > 1e-6 * periods)
+    throw Error::in_field("sample time", std::to_string(o.sample_time), "a multiple of the controller's");
   const bool circular = isotropic_over(s, o.from, o.to);
   const auto once = [&](const RunOptions& options, int parts) {
     return circular ? integrate_run<MatrixXcd>(s, options, parts) : integrate_run<MatrixXd>(s, options, parts);
   };
+  // Steps twice as long; those of a controller end at its samples.
+  const int steps = o.control.start ? 2 * static_cast<int>(std::lround(periods)) : 1;
   RunOptions wide = o;
-  wide.sample_time *= 2;
-  RotorRun coarse = once(wide, 1);
-  for (int k = 0, parts = 1, every = 2;; ++k, parts *= 2, every = 1) {
+  if (!o.control.start) wide.sample_time *= 2;
+  RotorRun coarse = once(wide, std::max(1, steps / 2));
+  for (int k = 0, parts = steps, every = o.control.start ? 1 : 2;; ++k, parts *= 2, every = 1) {
     RotorRun fine = once(o, parts);
     double size = 0, change = 0;
     for (Index at = 0; at < coarse.x.cols() && at * every < fine.x.cols(); ++at)

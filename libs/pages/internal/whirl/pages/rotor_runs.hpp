@@ -1,11 +1,13 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "whirl/core/recording.hpp"
 #include "whirl/pages/rotor_curves.hpp"
 #include "whirl/shaft/centrifuge/load_check.hpp"
+#include "whirl/shaft/control/passages.hpp"
 #include "whirl/shaft/fit/order_run.hpp"
 #include "whirl/shaft/rotor_file.hpp"
 #include "whirl/shaft/transient.hpp"
@@ -32,8 +34,10 @@ struct SimulatedRun {
   int modes = 8;        ///< of a plane, of the reduced model
   double noise_db = 0;  ///< rms of a channel over that of the noise added to it; 0: none
   std::uint64_t seed = 1;
+  double probe_noise = 0;                            ///< rms of what the controller reads, m
+  std::optional<shaft::RotorController> controller;  ///< the run is made with it, and without it beside
 };
-/// A run of the rotor and what its sensors record: probes (or discs, _x and _y), accelerometers, beta.
+/// A run of the rotor and what its sensors record: probes (or discs, _x and _y), accelerometers, forces, beta.
 struct RotorRecord {
   shaft::RotorRun run;
   std::vector<RotorPlace> places;
@@ -41,6 +45,8 @@ struct RotorRecord {
   Recording record;
   Eigen::Index coordinates = 0, all_coordinates = 0;  ///< of a plane: used, and of the whole model
   double reduction_error = 0, reduction_speed = 0;    ///< worst difference of the unbalance response, where (rad/s)
+  std::vector<shaft::ControlledPassage> passages;     ///< with a controller
+  std::optional<double> unstable;                     ///< without the controller, from this speed on, rad/s
   Summary summary;
 };
 /// Throws Error for a rotor without probes and discs.

@@ -122,6 +122,17 @@ struct Probe {
   double angle = 0;     ///< rad, from x towards y
 };
 
+/// Pushes `a` along its direction and `b`, which carries it, back. A magnetic bearing also pulls with its bias current:
+/// a stiffness along the direction that is negative.
+struct Actuator {
+  std::string name;
+  Point a, b;
+  double angle = 0;           ///< rad, from x towards y
+  double force_limit = 0;     ///< N
+  double slew = 0;            ///< largest rate of the force, N/s; 0: any
+  double bias_stiffness = 0;  ///< N/m, 0 or negative
+};
+
 struct Rotor {
   std::string name;
   std::vector<Material> materials{Material{}};
@@ -133,6 +144,7 @@ struct Rotor {
   std::vector<Unbalance> unbalances;
   std::vector<BowPoint> bow;
   std::vector<Probe> probes;
+  std::vector<Actuator> actuators;
   Shear shear;
   ElementKind element = ElementKind::internal_node;
   int elements = 16;       ///< about so many along the shaft, where a section does not say

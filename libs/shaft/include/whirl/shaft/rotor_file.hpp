@@ -24,7 +24,8 @@ RotorJob parse_rotor_job(std::string_view text, std::string_view name);
 /// From text; `name` stands in messages.
 Rotor parse_rotor(std::string_view text, std::string_view name);
 
-/// Names of the rotors to begin with: jeffcott, two-disc, overhung, centrifuge, kit.
+/// Names of the rotors to begin with: jeffcott, two-disc, overhung, centrifuge, kit, and with actuators
+/// active-centrifuge, levitated.
 std::vector<std::string> rotor_templates();
 /// TOML text of one of them, with comments. Throws Error for another name.
 std::string rotor_template(std::string_view name);

@@ -34,6 +34,7 @@ struct System {
   Eigen::MatrixXd deflection;  ///< nodes x coordinates: deflection at the nodes
   Eigen::MatrixXd slope;       ///< section angle there
   Eigen::MatrixXd bodies;      ///< bodies x coordinates: deflection of their centres
+  Eigen::MatrixXd actuators;   ///< actuators x coordinates: deflection of what is pushed from what carries it
   bool vertical = false;
 
   Eigen::Index size() const { return mass.rows(); }

@@ -1,10 +1,21 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "whirl/shaft/system.hpp"
 
 namespace whirl::shaft {
+
+/// Forces of a sampled controller: what follows from the readings at one sample acts from the next one to that after
+/// it.
+struct SampledForces {
+  using Step = std::function<Eigen::VectorXd(const Eigen::VectorXd& readings, double angle, double speed)>;
+  double period = 0;            ///< s
+  Eigen::MatrixXd columns;      ///< force on (q_x, q_y) per newton
+  Eigen::MatrixXd rows;         ///< readings of (q_x, q_y)
+  std::function<Step()> start;  ///< makes a controller at rest; none: no forces
+};
 
 /// A run at constant angular acceleration.
 struct RunOptions {
@@ -15,6 +26,7 @@ struct RunOptions {
   bool weight = false;        ///< gravity acts (of a rotor that is not vertical)
   /// The step is halved until the estimate of its error is below this part of the largest deflection.
   double tolerance = 1e-4;
+  SampledForces control;  ///< its period divides the sample time
 };
 
 /// Motion of every station. Step of the integration: collocation at the two Gauss points, order 4, stable for any step
@@ -25,6 +37,7 @@ struct RotorRun {
   Eigen::VectorXd time, speed, angle;  ///< s, rad/s, rad
   Eigen::MatrixXd x, y;                ///< nodes x samples, m
   Eigen::MatrixXd body_x, body_y;      ///< bodies x samples, m
+  Eigen::MatrixXd forces;              ///< actuators x samples, as they acted until the sample, N
   double step = 0;                     ///< of the integration, s
   /// Estimate of the error of the time steps: a 15th of the change against steps twice as long, as a part of the
   /// largest deflection.

@@ -1,0 +1,304 @@
+#include "whirl/shaft/control/design.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "control/closed_loop.hpp"
+#include "control/riccati.hpp"
+#include "whirl/core/angles.hpp"
+#include "whirl/core/decompositions.hpp"
+#include "whirl/core/error.hpp"
+
+namespace whirl::shaft {
+
+using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr int kTurningSpeeds = 120;
+constexpr double kResidual = 1e-6;  // of a Riccati equation that counts as solved
+
+double speed_at(const ControlOptions& o, int k, int count) {
+  return count < 2 ? o.to : o.from + (o.to - o.from) * k / (count - 1);
+}
+
+constexpr LoopChange kLoopChanges[] = {{}, {.gain = 0.8}, {.gain = 1.2}, {.delay = 1}};
+
+/// Weights of the regulator and of the observer, as rates (1/s).
+struct Rates {
+  double feedback = 0, observer = 0;
+};
+
+class Designer {
+ public:
+  Designer(const Rotor& rotor, const ControlOptions& o) : o_(o), plants_(rotor, assemble(rotor), o.modes) {
+    empty_.sample_time = o.sample_time;
+    empty_.probes = rotor.probes;
+    empty_.actuators = rotor.actuators;
+    const int count = o.from < o.to ? o.schedule : 1;
+    for (int k = 0; k < count; ++k) {
+      speeds_.push_back(speed_at(o, k, count));
+      at_.push_back(plants_.at(speeds_.back(), o.sample_time));
+    }
+  }
+
+  /// Feedback at every speed of the schedule; false where an equation has no solution.
+  bool feedback(const Rates& rates, RotorController& c) const {
+    c = empty_;
+    for (std::size_t k = 0; k < at_.size(); ++k) {
+      const SampledPlant& p = at_[k];
+      const Index n = p.a.rows(), m = p.b.cols(), q = p.c.rows();
+      const double push = p.b.rowwise().norm().maxCoeff() / o_.sample_time, read = p.c.colwise().norm().maxCoeff();
+      MatrixXd force = MatrixXd::Zero(m, m);
+      double largest = 0;
+      for (const Actuator& a : c.actuators) largest = std::max(largest, a.force_limit);
+      for (Index j = 0; j < m; ++j)
+        force(j, j) =
+            std::pow(push / rates.feedback * largest / c.actuators[static_cast<std::size_t>(j)].force_limit, 2);
+      MatrixXd disturbance = 1e-6 * MatrixXd::Identity(n, n);
+      disturbance.bottomRightCorner(n / 2, n / 2).setIdentity();
+      const MatrixXd noise = std::pow(read / (rates.observer * o_.sample_time), 2) * MatrixXd::Identity(q, q);
+      const Riccati regulator = solve_riccati(p.a, p.b, MatrixXd::Identity(n, n), force);
+      const Riccati observer = solve_riccati(p.a.transpose(), p.c.transpose(), disturbance, noise);
+      if (!(regulator.residual < kResidual && observer.residual < kResidual)) return false;
+      const MatrixXd xb = regulator.solution * p.b, yc = observer.solution * p.c.transpose();
+      const MatrixXd gain =
+          Eigen::PartialPivLU<MatrixXd>(MatrixXd(force + p.b.transpose() * xb)).solve(MatrixXd(xb.transpose() * p.a));
+      const MatrixXd inject =
+          Eigen::PartialPivLU<MatrixXd>(MatrixXd(noise + p.c * yc)).solve(MatrixXd(yc.transpose() * p.a.transpose()));
+      const MatrixXd readings = inject.transpose();
+      c.gains.push_back({speeds_[k], p.a - readings * p.c, readings, p.b, gain});
+    }
+    return true;
+  }
+
+  /// The turning part: least squares of all readings, at speeds close enough for its changes.
+  void turning(RotorController& c) const {
+    const int count = o_.from < o_.to ? kTurningSpeeds : 1;
+    c.adaptation = o_.adaptation;
+    c.synchronous.clear();
+    for (int k = 0; k < count; ++k) {
+      const double speed = speed_at(o_, k, count);
+      const ClosedLoop loop(plants_.at(speed, o_.sample_time), c, speed, {.synchronous = false});
+      const MatrixXcd influence = loop.influence(speed), acting = loop.forces_of_commands(speed);
+      const Index p = influence.rows(), m = influence.cols();
+      // Near a speed at which the readings do not answer to some forces, those would grow without use.
+      const double weight = o_.force_weight * influence.norm() / acting.norm();
+      MatrixXcd both(p + m, m);
+      both << influence, weight * acting;
+      const MatrixXcd inverse =
+          Eigen::PartialPivLU<MatrixXcd>(MatrixXcd(both.adjoint() * both)).solve(MatrixXcd(both.adjoint()));
+      SynchronousGains g{speed, inverse.leftCols(p), weight * inverse.rightCols(m), VectorXcd::Zero(m), VectorXd(m)};
+      const VectorXcd open = plants_.unbalance_readings(speed);
+      if (o_.unbalance_known)
+        g.start = -g.correction * (loop.output_sensitivity(speed) * open) -
+                  g.relief * (loop.forces_of_readings(speed) * open);
+      for (Index j = 0; j < g.start.size(); ++j) {
+        g.most[j] =
+            o_.share * c.actuators[static_cast<std::size_t>(j)].force_limit / std::min(1.0, std::abs(acting(j, j)));
+        if (std::abs(g.start[j]) > g.most[j]) g.start[j] *= g.most[j] / std::abs(g.start[j]);
+      }
+      c.synchronous.push_back(std::move(g));
+    }
+    // It must not learn faster than the loop settles.
+    for (int halvings = 0; halvings < 12 && !learns(c); ++halvings) c.adaptation /= 2;
+  }
+  bool learns(const RotorController& c) const {
+    for (std::size_t k = 0; k < at_.size(); ++k)
+      for (const LoopChange& change : kLoopChanges)
+        if (!ClosedLoop(at_[k], c, speeds_[k], change).stable()) return false;
+    return true;
+  }
+
+  /// Least damping ratio over the schedule where the loop is allowed, as far as it is of use, less a hundredth for
+  /// every decade of force that noise of the probes makes; below -1 elsewhere, the less the better.
+  double score(const RotorController& c) const {
+    constexpr double kEnough = 0.2;
+    double damping = kEnough, peak = 0, noise = 0;
+    for (std::size_t k = 0; k < at_.size(); ++k) {
+      const ClosedLoop loop(at_[k], c, speeds_[k], {.synchronous = false});
+      for (LoopChange change : kLoopChanges) {
+        change.synchronous = false;
+        if (!(ClosedLoop(at_[k], c, speeds_[k], change).growth() < 0)) return -1e9;
+      }
+      peak = std::max(peak, loop.sensitivity_peak().maxCoeff());
+      damping = std::min(damping, least_damping(loop.poles()));
+      noise = std::max(noise, loop.force_noise().maxCoeff());
+    }
+    return peak < 0.97 * o_.sensitivity ? damping - 0.01 * std::log10(noise) : -1 - peak;
+  }
+
+  double least_damping(const auto& poles) const {
+    double least = 1;
+    for (const std::complex<double> p : poles)
+      if (std::abs(p) < 1.2 * o_.to && p.imag() >= 0) least = std::min(least, -p.real() / std::abs(p));
+    return least;
+  }
+  const PlantFamily& plants() const { return plants_; }
+
+ private:
+  ControlOptions o_;
+  PlantFamily plants_;
+  RotorController empty_;
+  std::vector<double> speeds_;
+  std::vector<SampledPlant> at_;
+};
+
+void require_options(const Rotor& rotor, const ControlOptions& o) {
+  if (rotor.actuators.empty()) throw Error("no [[actuator]] in the rotor file: a controller needs at least one");
+  if (rotor.probes.empty()) throw Error("no [[probe]] in the rotor file: a controller needs at least one");
+  require_range("sample time", o.sample_time, 1e-6, 1, "s");
+  require_range("modes", o.modes, 1, 100);
+  require_range("speeds of the schedule", o.schedule, 1, 1000);
+  require_range("highest speed", o.to, 1e-6, 0.5 * kPi / o.sample_time, "rad/s");
+  require_range("lowest speed", o.from, 0, o.to, "rad/s");
+}
+
+struct Checked {
+  ControlCase with;
+  LoopChange change;
+  double rotating = 1;
+  bool full = false;
+};
+constexpr Checked kCases[] = {{ControlCase::nominal, {}},
+                              {ControlCase::rotating_damping, {}, 2},
+                              {ControlCase::gain_low, {.gain = 0.8}},
+                              {ControlCase::gain_high, {.gain = 1.2}},
+                              {ControlCase::delay, {.delay = 1}},
+                              {ControlCase::full_model, {}, 1, true}};
+
+/// What acts at one turn after the start, feedback and turning part together.
+VectorXd turning_force(const PlantFamily& plants, const ClosedLoop& loop, const RotorController& c, double speed) {
+  const VectorXcd start = c.synchronous_at(speed).start, open = plants.unbalance_readings(speed);
+  return (loop.forces_of_commands(speed) * start + loop.forces_of_readings(speed) * open).cwiseAbs();
+}
+
+void look(const ControlOptions& o, const Designer& designer, ControlDesign& d) {
+  const RotorController& c = d.controller;
+  for (int k = 0; k < o.checked; ++k) {
+    const double speed = speed_at(o, k, o.checked);
+    const SampledPlant plant = designer.plants().at(speed, c.sample_time);
+    const ClosedLoop loop(plant, c, speed, {.synchronous = false}), all(plant, c, speed);
+    ControlPoint p;
+    p.speed = speed;
+    p.open_damping = designer.least_damping(designer.plants().poles(speed));
+    p.closed_damping = designer.least_damping(loop.poles());
+    p.growth = all.growth();
+    p.sensitivity = loop.sensitivity_peak();
+    p.turning_force = turning_force(designer.plants(), loop, c, speed);
+    d.force_noise = std::max(d.force_noise, loop.force_noise().maxCoeff());
+    d.worst_sensitivity = std::max(d.worst_sensitivity, p.sensitivity.maxCoeff());
+    d.points.push_back(std::move(p));
+  }
+}
+
+/// Cases in which the loop is unstable, with the first speed of each.
+std::vector<ControlRefusal> refusals(const Rotor& rotor, const ControlOptions& o, const RotorController& c) {
+  std::vector<ControlRefusal> refused;
+  const System system = assemble(rotor);
+  for (const Checked& check : kCases) {
+    PlantFamily plants(rotor, system, check.full ? 0 : o.modes);
+    plants.scale_rotating(check.rotating);
+    const int count = check.full ? std::min(o.checked, 2 * o.schedule - 1) : o.checked;
+    for (int k = 0; k < count; ++k) {
+      const double speed = speed_at(o, k, count);
+      if (ClosedLoop(plants.at(speed, c.sample_time), c, speed, check.change).stable()) continue;
+      refused.push_back({check.with, speed});
+      break;
+    }
+  }
+  return refused;
+}
+
+void judge(const RotorController& c, const ControlOptions& o, ControlDesign& d) {
+  for (const ControlRefusal& r : d.refused)
+    d.summary.add({FindingCode::requirement_missed,
+                   Consequence::unusable,
+                   {{"speed", r.speed, "rad/s"}},
+                   fmt::format("unstable at {:.0f} rpm {}", r.speed * kRpmPerRadPerSec, to_text(r.with))});
+  Index worst = 0;
+  for (const ControlPoint& p : d.points) {
+    p.sensitivity.maxCoeff(&worst);
+    if (p.sensitivity[worst] != d.worst_sensitivity || !(d.worst_sensitivity > o.sensitivity)) continue;
+    d.summary.add({FindingCode::requirement_missed,
+                   d.worst_sensitivity < 5 ? Consequence::warning : Consequence::unusable,
+                   {{"value", d.worst_sensitivity}, {"most", o.sensitivity}},
+                   "peak of the sensitivity of actuator " + c.actuators[static_cast<std::size_t>(worst)].name});
+    break;
+  }
+}
+
+}  // namespace
+
+char sensitivity_zone(double peak) { return peak < 3 ? 'A' : peak < 4 ? 'B' : peak < 5 ? 'C' : 'D'; }
+
+namespace {
+
+struct CaseText {
+  ControlCase with;
+  std::string_view name, words;
+};
+constexpr CaseText kCaseTexts[] = {
+    {ControlCase::nominal, "nominal", "as designed"},
+    {ControlCase::rotating_damping, "rotating_damping", "with twice the damping that turns with the shaft"},
+    {ControlCase::full_model, "full_model", "with all modes in place of the reduced model"},
+    {ControlCase::gain_low, "gain_low", "with 20 % less gain"},
+    {ControlCase::gain_high, "gain_high", "with 20 % more gain"},
+    {ControlCase::delay, "delay", "with one sample more delay"}};
+
+}  // namespace
+
+std::string to_string(ControlCase c) { return std::string(kCaseTexts[static_cast<std::size_t>(c)].name); }
+std::string to_text(ControlCase c) { return std::string(kCaseTexts[static_cast<std::size_t>(c)].words); }
+
+ControlDesign check_rotor_control(const Rotor& rotor, const RotorController& controller, const ControlOptions& o) {
+  require_options(rotor, o);
+  check(controller);
+  ControlDesign d;
+  d.controller = controller;
+  look(o, Designer(rotor, o), d);
+  d.refused = refusals(rotor, o, controller);
+  judge(controller, o, d);
+  return d;
+}
+
+ControlDesign design_rotor_control(const Rotor& rotor, const ControlOptions& o) {
+  constexpr int kTried = 8;
+  require_options(rotor, o);
+  const Designer designer(rotor, o);
+  std::vector<std::pair<double, Rates>> ranked;
+  for (int i = 0; i <= 16; ++i)
+    for (int j = 0; j <= 8; ++j) {
+      // Rates from 1e-4 to 1 of the sample rate.
+      const Rates rates{std::pow(10, -4 + 0.25 * i) / o.sample_time, std::pow(10, -3 + 0.5 * j) / o.sample_time};
+      RotorController c;
+      if (designer.feedback(rates, c)) ranked.emplace_back(designer.score(c), rates);
+    }
+  if (ranked.empty())
+    throw Error("no controller: an unstable or undamped mode is out of reach of the actuators or the probes");
+  std::ranges::stable_sort(ranked, std::ranges::greater(), &std::pair<double, Rates>::first);
+  ControlDesign best;
+  for (std::size_t k = 0; k < std::min<std::size_t>(kTried, ranked.size()); ++k) {
+    const Rates rates = ranked[k].second;
+    ControlDesign d;
+    designer.feedback(rates, d.controller);
+    designer.turning(d.controller);
+    d.refused = refusals(rotor, o, d.controller);
+    d.feedback_rate = rates.feedback;
+    d.observer_rate = rates.observer;
+    const bool allowed = d.refused.empty();
+    if (k == 0 || allowed) best = std::move(d);
+    if (allowed) break;
+  }
+  look(o, designer, best);
+  judge(best.controller, o, best);
+  return best;
+}
+
+}  // namespace whirl::shaft
