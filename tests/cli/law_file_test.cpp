@@ -22,7 +22,10 @@ TEST(LawFileE2e, ALawOfTheUserIsCertifiedRunAndExported) {
   EXPECT_EQ(design.margins.at("certified"), 1);
   // s = 2000 (z - 1)/(z + 1) in 1/(0.001 s + 1): pole (2 - 1)/(2 + 1).
   EXPECT_NEAR(design.parameters.at("x_a_1_1"), 1.0 / 3, 1e-15);
-  EXPECT_EQ(folder.whirl("margins c.json plant.json --speeds 3 --quiet").exit_code, 0);
+  const Outcome margins = folder.whirl("margins c.json plant.json --speeds 3");
+  EXPECT_EQ(margins.exit_code, 0);
+  EXPECT_NE(margins.out.find("further delay as delivered: "), std::string::npos) << margins.out;
+  EXPECT_NE(margins.out.find("limited by: "), std::string::npos) << margins.out;
   EXPECT_EQ(folder.whirl("robustness c.json plant.json --samples 16 --limit-mm 0.1 --quiet --out study").exit_code, 0);
   const Outcome run = folder.whirl("run c.json --quiet");
   EXPECT_EQ(run.exit_code, 0) << run.err;
