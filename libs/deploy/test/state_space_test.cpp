@@ -1,4 +1,6 @@
 // A law of the user in the exported C and as an FMU: the forces of the library.
+#include "whirl/control/laws/state_space.hpp"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -8,7 +10,6 @@
 
 #include "fmu_fixture.hpp"
 #include "whirl/control/controller.hpp"
-#include "whirl/control/laws/state_space.hpp"
 #include "whirl/deploy/code.hpp"
 #include "whirl/testing/compiled.hpp"
 #include "whirl/testing/control/step_wrapper.hpp"

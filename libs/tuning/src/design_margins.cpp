@@ -126,6 +126,11 @@ void add_sliding_margins(ControllerDesign& design, const ClosedLoopMetrics& run,
   }
 }
 
+void put_delay(std::map<std::string, double>& margins, const DeliveredDelay& found) {
+  margins["delay_margin_s"] = found.delay;
+  margins["delay_limit"] = static_cast<int>(found.limit);
+}
+
 std::string limited_by(const std::map<std::string, double>& margins) {
   const auto limit = margins.find("delay_limit");
   if (limit == margins.end()) return {};
@@ -174,11 +179,8 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   ControllerDesign watched = on_scenario(design, ringing);
   watched.margins.clear();
   const std::string alarm = nominal_alarm(watched, ringing, model, hardware, seed, options.threads);
-  if (alarm.empty() && loop.stable) {
-    const DeliveredDelay found = delivered_delay(design, loop.delay, model, hardware, seed, options.threads);
-    margins["delay_margin_s"] = found.delay;
-    margins["delay_limit"] = static_cast<int>(found.limit);
-  }
+  if (alarm.empty() && loop.stable)
+    put_delay(margins, delivered_delay(design, loop.delay, model, hardware, seed, options.threads));
   const bool certified = refused.empty() && alarm.empty() && !no_margin && left > 0 && soft_stable;
   margins["certified"] = certified ? 1 : 0;
   const double percent = 100 * options.stiffness_uncertainty;

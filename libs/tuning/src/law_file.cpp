@@ -74,8 +74,8 @@ Eigen::Index inputs_of(const Place& place, Eigen::Index outputs) {
     columns = wide.in.numbers().size();
   const auto n = static_cast<Eigen::Index>(columns);
   if (n != outputs && n != 2 * outputs) {
-    throw wide.in.error(fmt::format("{} columns: must be {} (displacement) or {} (displacement, velocity)", n, outputs,
-                                    2 * outputs));
+    throw wide.in.error(
+        fmt::format("{} columns: must be {} (displacement) or {} (displacement, velocity)", n, outputs, 2 * outputs));
   }
   return n;
 }
@@ -112,8 +112,8 @@ Matrices of_polynomials(const io::JsonReader& in, bool sampled) {
   if (den.empty()) throw in.at("den").error("must have a coefficient that is not 0");
   const Eigen::Index n = require_order(in.at("den"), den.size() - 1);
   if (num.size() > den.size()) {
-    throw in.at("num").error(fmt::format("degree {} above that of den, {}: not proper, a sampled law cannot follow it",
-                                         num.size() - 1, n));
+    throw in.at("num").error(
+        fmt::format("degree {} above that of den, {}: not proper, a sampled law cannot follow it", num.size() - 1, n));
   }
   num.insert(num.begin(), den.size() - num.size(), 0);
   double scale = 0;
@@ -170,8 +170,7 @@ control::LinearAxis axis_of(const Matrices& m, int axis, bool both) {
 /// A key that nobody reads would be a number that changes nothing.
 void require_keys(const io::JsonReader& in, std::initializer_list<std::string_view> known, std::string_view allowed) {
   for (const auto& [key, value] : in.members()) {
-    if (std::ranges::find(known, key) == known.end())
-      throw in.error(fmt::format("key '{}': must be {}", key, allowed));
+    if (std::ranges::find(known, key) == known.end()) throw in.error(fmt::format("key '{}': must be {}", key, allowed));
   }
 }
 
@@ -196,9 +195,9 @@ OwnLaw read_law(const io::Json& document, const std::filesystem::path& file, dou
     const io::JsonReader time = top.in.at("sample_time_s");
     const double value = time.number();
     if (!(std::abs(value / sample_time - 1) < 1e-9)) {
-      throw time.error(fmt::format(
-          "{:g} s: must be that of the loop, {:g} s (timing.rate of --hardware); a continuous law fits any", value,
-          sample_time));
+      throw time.error(
+          fmt::format("{:g} s: must be that of the loop, {:g} s (timing.rate of --hardware); a continuous law fits any",
+                      value, sample_time));
     }
   }
   Matrices x = both ? of_matrices(top, 2) : read_axis(top.at("x"), sampled);

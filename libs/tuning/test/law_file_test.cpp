@@ -37,8 +37,8 @@ Complex response(control::LinearAxis law, std::size_t input, double omega, doubl
 // K / (T s + 1) with s = (2/h)(z - 1)/(z + 1): pole (2T - h)/(2T + h), step response K (1 - r^k (1 - d/K)).
 TEST(LawFileReference, ALagIsItsBilinearClosedForm) {
   const double K = -4000, T = 0.02, h = 1e-3;
-  for (const char* law : {R"("x": {"num": [-4000], "den": [0.02, 1]})",
-                          R"("x": {"A": [[-50]], "B": [1], "C": [-200000], "D": 0})"}) {
+  for (const char* law :
+       {R"("x": {"num": [-4000], "den": [0.02, 1]})", R"("x": {"A": [[-50]], "B": [1], "C": [-200000], "D": 0})"}) {
     control::LinearAxis x = read(law, h).x;
     const double pole = (2 * T - h) / (2 * T + h), first = K * h / (2 * T + h);
     for (int k = 0; k < 100; ++k) {

@@ -9,7 +9,8 @@ class Json;
 
 namespace whirl::tuning {
 
-/// Reads whirl.law/1: a linear law from displacement (m) and, where it has twice the inputs, velocity (m/s) to force (N).
+/// Reads whirl.law/1: a linear law from displacement (m) and, where it has twice the inputs, velocity (m/s) to force
+/// (N).
 ///
 ///   A, B, C, D            both axes together: inputs x, y or x, y, v_x, v_y; outputs f_x, f_y
 ///   x, y: {A, B, C, D}    one axis each: its displacement, or displacement and velocity; without `y` both are alike
