@@ -88,8 +88,8 @@ std::vector<std::string> remarks(const Parameters& v) {
     const Eigen::MatrixXd a = Eigen::Map<const Rows>(law.a.data()).topLeftCorner(law.order, law.order);
     const double largest = a.eigenvalues().cwiseAbs().maxCoeff();
     if (!(largest <= 1 + 1e-9)) {
-      out.push_back(fmt::format("the law of axis {} is unstable by itself: its largest pole is {:.4g} a sample, above 1",
-                                axis, largest));
+      out.push_back(fmt::format(
+          "the law of axis {} is unstable by itself: its largest pole is {:.4g} a sample, above 1", axis, largest));
     }
   }
   return out;
