@@ -44,7 +44,7 @@ void ForceCheck::reset() noexcept {
   test_ = before_ = 0;
   suspected_ = ForceFault::none;
   tested_ = n::again;
-  proven_ = idle_ = 0;
+  proven_ = idle_ = found_ = 0;
   changed_ = risen_ = known_ = false;
 }
 
@@ -172,7 +172,9 @@ ForceFault ForceCheck::judge() noexcept {
            g.share > n::late_least && g.share < n::late_most;
   };
   // A delay that explains nearly all needs no error of the stiffness beside it.
-  const bool late = (known || plain) && (delayed(f, n::left) || (!starting && delayed(fit(eps_, true, 0), n::alone)));
+  const Fit stiff = starting ? f : fit(eps_, true, 0);
+  const bool alone = !starting && delayed(stiff, n::alone), late = (known || plain) && (alone || delayed(f, n::left));
+  if (late) found_ = (alone ? stiff : f).share * n::late;
   gain_time_ = gain ? gain_time_ + h : 0;
   late_time_ = late ? late_time_ + h : 0;
   // An unbalance that doubles under a force that cancels it looks like a lost actuator at first.

@@ -163,6 +163,7 @@ typedef struct {
   whirl_real before;
   whirl_real proven; /* s in which the force acted */
   whirl_real idle;   /* s in which it seemed to do nothing */
+  whirl_real found;  /* s, by which the force seems late */
   uint32_t suspected;
   bool changed;
   bool known;
@@ -176,6 +177,7 @@ typedef struct {
   bool adapt;
   uint32_t reasons;
   uint32_t word;
+  whirl_real late; /* s, by which the force was found late; 0: it is not */
   int32_t steps; /* taken back: 1 adaptation; 2, 3 gain; 4 feedback; 5 force; 6 trip */
   whirl_motion motion;
   whirl_complex synchronous;
@@ -184,6 +186,7 @@ typedef struct {
   whirl_complex estimated;
   whirl_complex quiet;
   whirl_complex used;
+  whirl_complex acting; /* the same, turned ahead by what the force is late */
   whirl_real square;
   whirl_real mark;
   whirl_real time;

@@ -64,6 +64,7 @@ static void whirl_check_reset(whirl_state *state) {
   c->known = false;
   c->proven = R(0.0);
   c->idle = R(0.0);
+  c->found = R(0.0);
 }
 
 static whirl_real whirl_along(whirl_complex a, whirl_complex b) { return (a.re * b.re) + (a.im * b.im); }
@@ -274,6 +275,9 @@ static uint32_t whirl_force_suspect(whirl_force_check *c, const whirl_params *p,
   c->tested = M(fmin)(c->tested + h, /*@n_again@*/);
   c->gain_time = gain ? (c->gain_time + h) : R(0.0);
   c->late_time = late ? (c->late_time + h) : R(0.0);
+  if (late) {
+    c->found = (alone ? stiff.share : f->share) * /*@n_late@*/;
+  }
   if (reversed && fault) {
     /* nothing that limits a force turns its sign */
     const whirl_force_fit any = starting ? *f : whirl_fit_force(c, p->k1, whirl_make(R(0.0), R(0.0)), false);

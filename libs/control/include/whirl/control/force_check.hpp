@@ -66,7 +66,8 @@ class ForceCheck {
   bool let_go() const noexcept { return test_ > 0; }
   /// True for one sample: what was seen without force is another unbalance, `eps`.
   bool changed() const noexcept { return changed_; }
-  Complex eps() const noexcept { return eps_; }  ///< the unbalance that acts, m
+  Complex eps() const noexcept { return eps_; }    ///< the unbalance that acts, m
+  double late() const noexcept { return found_; }  ///< of a force that is late: by how much, s
   /// The readings before a gap are forgotten.
   void interrupt() noexcept { readings_ = 0; }
 
@@ -114,6 +115,7 @@ class ForceCheck {
   double unsure_ = 0;                          // s in which what is delivered is not known
   double test_ = 0, tested_ = 0, before_ = 0;  // s since let go and since the last test ended; r^2 when it began
   double usual_ = 0;                           // r^2 of the last 0.3 s
+  double found_ = 0;                           // delay of a force that seems late, s
   double proven_ = 0, idle_ = 0;               // s in which the force acted, in which it seemed to do nothing
   ForceFault suspected_ = ForceFault::none;
   bool changed_ = false, risen_ = false, known_ = false;

@@ -59,9 +59,15 @@ namespace whirl::control {
   X(full, 5e-3)     /* in which an actuator whose data sheet states no slew reaches its limit */          \
   X(unsure, 15e-3)  /* after saturation or slewing in which nothing is judged, beside the loop delay */
 
+/// Of the supervisor.
+#define WHIRL_SUPERVISOR_NUMBERS(X) X(late_fade, 1) /* in which a force that is late ends */
+
 #define WHIRL_NUMBER(name, value) inline constexpr double name = value;
 namespace force_check {
 WHIRL_FORCE_CHECK_NUMBERS(WHIRL_NUMBER)
+}
+namespace supervision {
+WHIRL_SUPERVISOR_NUMBERS(WHIRL_NUMBER)
 }
 #undef WHIRL_NUMBER
 
