@@ -105,7 +105,8 @@ struct Supervision {
 /// - Where an actuator is lost or reversed (ForceCheck) there is nothing left to lower: it trips at once. Where
 ///   another unbalance would look the same, the force is let go for 6 to 24 ms first; when it is the unbalance, the
 ///   feedforward follows it and the law goes on.
-/// - A force that is late still acts. Ended at once it would leave the rotor ringing, and the ringing adds to the motion
+/// - A force that is late still acts. Ended at once it would leave the rotor ringing, and the ringing adds to the
+/// motion
 ///   at the next critical speed: the law goes off at once, the feedforward is turned ahead by the delay that was found,
 ///   and the force fades within a second, then it trips.
 /// - Without readings the feedback fades within 10 ms; it returns with them.
