@@ -28,7 +28,7 @@ enum SupervisionBit : std::uint32_t {
   kWorseThanOpen = 8192,     ///< the synchronous motion is larger than it would be without control
   kForceLost = 16384,        ///< the rotor does not follow the force of an axis
   kForceReversed = 32768,    ///< it moves against the force of an axis
-  kForceLate = 65536,        ///< the force acts some 5 to 13 ms later than designed for
+  kForceLate = 65536,        ///< the force acts some 5 to 19 ms later than designed for
   kForceTested = 131072,     ///< it was let go for 6 to 24 ms, to tell a wrong force from another unbalance
 };
 

@@ -11,6 +11,7 @@ namespace whirl::control {
   X(pole, 600)     /* low-pass of all signals, three of them */                                           \
   X(window, 8e-3)  /* of the weighted means */                                                            \
   X(late, 8e-3)    /* delay of the force that is looked for */                                            \
+  X(later, 12e-3)  /* the same, for one that the first probe explains badly */                            \
   X(block, 1e-3)   /* of the memory of the late force */                                                  \
   X(share, 0.7)    /* of `level`: static deflection of a force that is judged */                          \
   X(slow, 0.02)    /* of k1: unbalance acceleration per metre below which the rotor stands */             \
