@@ -24,6 +24,7 @@ READERS = {
     "modes-1": ("report {} --out page.html", ("report",), "page.html"),
     "controller-1": ("margins {} model-1.json --mass-kg 1.5 --speeds 1", ("plants", 0, "worst", "stable"), True),
     "plant-1": ("margins controller-1.json {} --speeds 1", ("plants", 0, "worst", "stable"), True),
+    "law-1": ("design plant-1.json --law-file {} --evaluations 1 --quiet --out law.json --json", ("law",), "state_space"),
     "balancing-1": (f"balance {RUNS} --prior {{}} --noise-um 0.5", ("planes", 0, "mass", "value"), 0.0032561637),
     "rotor_controller-1": ("rotor control rotor_controller.toml --check {} --from-rpm 1000 --to-rpm 1000 --modes 1 --points 2",
                            ("worst_sensitivity",), 1.0597957),

@@ -115,6 +115,10 @@ std::map<std::string, double> resolve_parameters(const ControllerDesign& design)
   const auto& more = estimator_info(design.estimator).parameters;
   known.insert(known.end(), more.begin(), more.end());
   known.insert(known.end(), common_parameters().begin(), common_parameters().end());
+  if (const LawEntry& law = law_entry(design.law); law.entries != nullptr) {
+    const std::vector<ParameterInfo> entries = law.entries(design.parameters);
+    known.insert(known.end(), entries.begin(), entries.end());
+  }
 
   std::map<std::string, double> values;
   for (const auto& info : known) {
@@ -158,6 +162,7 @@ std::vector<std::string> design_warnings(const ControllerDesign& design) {
   const double h = design.sample_time;
   const int n = delay_samples(design, values);
   std::vector<std::string> out;
+  if (const LawEntry& law = law_entry(design.law); law.remarks != nullptr) out = law.remarks(values);
   if (has(values, "boundary_layer") && has(values, "switching_gain")) {
     const double limit = boundary_layer_limit(h, values.at("switching_gain"), n);
     if (values.at("boundary_layer") < 0.999 * limit) {

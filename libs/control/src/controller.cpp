@@ -36,6 +36,7 @@ void Controller::reset() noexcept {
       [](auto& l) {
         l.x.reset(), l.y.reset();
         if constexpr (requires { l.synchronous; }) l.synchronous.reset();
+        if constexpr (requires { l.linear; }) l.linear.reset();
       },
       law_);
   gate_.reset();
@@ -171,6 +172,11 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
           x.a += a.real();
           y.a += a.imag();
           forward += a;
+        }
+        if constexpr (requires { l.linear; }) {
+          const std::complex<double> a = l.linear.step(e.z, e.v);
+          x.a += a.real();
+          y.a += a.imag();
         }
         return std::pair{x, y};
       },

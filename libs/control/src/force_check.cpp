@@ -29,22 +29,26 @@ ForceCheck::ForceCheck(const ForceCheckSettings& settings) noexcept : settings_(
   const double ph = n::pole * h;
   share_ = ph / (1 + ph);
   samples_ = std::max(1, static_cast<int>(std::min(std::floor(n::block / h + 0.5), 1e6)));
-  blocks_ = std::clamp(static_cast<int>(std::min(std::floor(n::late / (samples_ * h) + 0.5), 1e6)), 1, kBlocks);
+  const auto blocks = [&](double time) {
+    return std::clamp(static_cast<int>(std::min(std::floor(time / (samples_ * h) + 0.5), 1e6)), 1, kBlocks);
+  };
+  near_ = blocks(n::late);
+  blocks_ = blocks(n::later);
   reset();
 }
 
 void ForceCheck::reset() noexcept {
   readings_ = summed_ = at_ = 0;
-  z1_ = z2_ = a1_ = forcing1_ = sum_ = now_ = fd_ = fx_ = fy_ = fl_ = fz_ = zd_ = zx_ = zy_ = zl_ = 0;
+  z1_ = z2_ = a1_ = forcing1_ = sum_ = now_ = fd_ = fx_ = fy_ = fl_ = fm_ = fz_ = zd_ = zx_ = zy_ = zl_ = zm_ = 0;
   ring_.fill({});
   filter_ = {};
   eps_ = settings_.eps;
-  ff_ = dd_ = xx_ = yy_ = xd_ = yd_ = ll_ = ld_ = zz_ = 0;
+  ff_ = dd_ = xx_ = yy_ = xd_ = yd_ = ll_ = ld_ = mm_ = md_ = zz_ = 0;
   time_ = loud_ = gain_time_ = late_time_ = proof_time_ = unsure_ = usual_ = 0;
   test_ = before_ = 0;
   suspected_ = ForceFault::none;
   tested_ = n::again;
-  proven_ = idle_ = 0;
+  proven_ = idle_ = found_ = 0;
   changed_ = risen_ = known_ = false;
 }
 
@@ -62,10 +66,10 @@ void ForceCheck::low_pass(Signals& in) noexcept {
   std::memcpy(in.data(), &now, sizeof now);
 }
 
-// u as it was about 8 ms ago, in blocks of about a millisecond.
-std::complex<double> ForceCheck::delayed(Complex u) noexcept {
+// u as it was about 8 ms and 12 ms ago, in blocks of about a millisecond.
+ForceCheck::Late ForceCheck::delayed(Complex u) noexcept {
   const auto at = static_cast<std::size_t>(at_);
-  const Complex old = ring_[at];
+  const Late old{ring_[static_cast<std::size_t>((at_ + blocks_ - near_) % blocks_)], ring_[at]};
   sum_ += u;
   if (++summed_ >= samples_) {
     ring_[at] = (1.0 / samples_) * sum_;
@@ -76,16 +80,17 @@ std::complex<double> ForceCheck::delayed(Complex u) noexcept {
   return old;
 }
 
-void ForceCheck::collect(Complex y, Complex u, Complex late, Complex unbalance, Complex z) noexcept {
+void ForceCheck::collect(Complex y, Complex u, const Late& late, Complex unbalance, Complex z) noexcept {
   const double w = std::min(settings_.sample_time / (test_ > 0 && known_ ? n::known_window : n::window), 1.0);
   const auto mean = [w](auto& sum, auto value) { sum += w * (value - sum); };
-  const Complex d = y - u, back = std::conj(unbalance), l = late - u, other = std::conj(z);
+  const Complex d = y - u, back = std::conj(unbalance), l = late.near - u, m = late.far - u, other = std::conj(z);
   now_ = product(d, back);  // times |f|^2 the eccentricity of this sample
   mean(ff_, std::norm(unbalance));
   mean(fd_, now_);
   mean(fx_, -u.real() * back);
   mean(fy_, product({0, -u.imag()}, back));
   mean(fl_, product(l, back));
+  mean(fm_, product(m, back));
   mean(fz_, product(z, back));
   mean(dd_, std::norm(d));
   mean(xx_, u.real() * u.real());
@@ -94,11 +99,14 @@ void ForceCheck::collect(Complex y, Complex u, Complex late, Complex unbalance, 
   mean(yd_, -u.imag() * d.imag());
   mean(ll_, std::norm(l));
   mean(ld_, real_part(l, d));
+  mean(mm_, std::norm(m));
+  mean(md_, real_part(m, d));
   mean(zz_, std::norm(z));
   mean(zd_, product(d, other));
   mean(zx_, -u.real() * other);
   mean(zy_, product({0, -u.imag()}, other));
   mean(zl_, product(l, other));
+  mean(zm_, product(m, other));
 }
 
 /// Least squares of r with the unbalance `e`, or with any: then each product loses what lies along the unbalance.
@@ -112,7 +120,7 @@ ForceCheck::Fit ForceCheck::fit(Complex e, bool known, double share) const noexc
   const double size = std::sqrt(std::norm(zr)), model = share * model_, most = model * zz;
   const Complex q = (size > most ? model / size : 1 / zz) * zr;
   const Complex zx = zx_ - per * product(back, fx_), zy = zy_ - per * product(back, fy_),
-                zl = zl_ - per * product(back, fl_);
+                zl = zl_ - per * product(back, fl_), zm = zm_ - per * product(back, fm_);
   Fit out;
   out.rr =
       dd_ - 2 * real_part(e, fd_) + std::norm(e) * ff_ - per * std::norm(fr) - 2 * real_part(q, zr) + std::norm(q) * zz;
@@ -121,14 +129,18 @@ ForceCheck::Fit ForceCheck::fit(Complex e, bool known, double share) const noexc
   const double xr = xd_ - real_part(fx_, e) - per * real_part(fx_, fr) - real_part(zx, q);
   const double yr = yd_ - real_part(fy_, e) - per * real_part(fy_, fr) - real_part(zy, q);
   const double lr = ld_ - real_part(fl_, e) - per * real_part(fl_, fr) - real_part(zl, q);
+  const double mr = md_ - real_part(fm_, e) - per * real_part(fm_, fr) - real_part(zm, q);
   const double xx = xx_ - per * std::norm(fx_) + kLeast, yy = yy_ - per * std::norm(fy_) + kLeast;
   const double xy = -per * real_part(fx_, fy_), det = xx * yy - xy * xy + kLeast * kLeast;
   const double px = (xr * yy - yr * xy) / det, py = (yr * xx - xr * xy) / det;
-  out.share = lr / (ll_ - per * std::norm(fl_) + kLeast);
+  const double near = lr / (ll_ - per * std::norm(fl_) + kLeast), far = mr / (mm_ - per * std::norm(fm_) + kLeast);
+  const bool later = known && far * mr > near * lr;
+  out.share = later ? far : near;
+  out.delay = later ? far * n::later : near * n::late;
   out.gain_x = 1 - px, out.gain_y = 1 - py;
   out.sure_x = det / yy, out.sure_y = det / xx;
   out.by_gain = out.rr - px * xr - py * yr;
-  out.by_delay = out.rr - out.share * lr;
+  out.by_delay = out.rr - (later ? far * mr : near * lr);
   out.eps = e + (1 / ff) * (fq - px * fx_ - py * fy_);
   return out;
 }
@@ -172,7 +184,9 @@ ForceFault ForceCheck::judge() noexcept {
            g.share > n::late_least && g.share < n::late_most;
   };
   // A delay that explains nearly all needs no error of the stiffness beside it.
-  const bool late = (known || plain) && (delayed(f, n::left) || (!starting && delayed(fit(eps_, true, 0), n::alone)));
+  const Fit stiff = starting ? f : fit(eps_, true, 0);
+  const bool alone = !starting && delayed(stiff, n::alone), late = (known || plain) && (alone || delayed(f, n::left));
+  if (late) found_ = (alone ? stiff : f).delay;
   gain_time_ = gain ? gain_time_ + h : 0;
   late_time_ = late ? late_time_ + h : 0;
   // An unbalance that doubles under a force that cancels it looks like a lost actuator at first.
@@ -261,7 +275,8 @@ ForceFault ForceCheck::step(Complex z, bool fresh, Complex a, Complex forcing, b
   unsure_ = limited || slewing ? n::unsure + settings_.delay : std::max(unsure_ - h, 0.0);
   changed_ = false;
   a1_ = a;
-  const Complex late = delayed(u), before = forcing1_;
+  const Late late = delayed(u);
+  const Complex before = forcing1_;
   forcing1_ = forcing;
   if (!fresh) {
     readings_ = 0;
@@ -272,13 +287,14 @@ ForceFault ForceCheck::step(Complex z, bool fresh, Complex a, Complex forcing, b
     // Exact for a force that is held: the mean of both intervals is the second difference.
     const Complex second = (1 / (h * h)) * (z - 2.0 * z1_ + z2_);
     const Complex y = second - settings_.model.acceleration(z1_, (0.5 / h) * (z - z2_));
-    Signals all{y.real(),    y.imag(),      u.real(),      u.imag(),   late.real(),
-                late.imag(), before.real(), before.imag(), z1_.real(), z1_.imag()};
+    Signals all{y.real(),      y.imag(),      u.real(),   u.imag(),   late.near.real(), late.near.imag(),
+                before.real(), before.imag(), z1_.real(), z1_.imag(), late.far.real(),  late.far.imag()};
     low_pass(all);
     // When the first force begins to act is known to some ms only: its edge is no evidence, what follows is.
     if (time_ > 0 || std::norm(u) > 0) time_ = std::min(time_ + h, 1.0);
     if (time_ > n::edge) {
-      collect({all[0], all[1]}, {all[2], all[3]}, {all[4], all[5]}, {all[6], all[7]}, {all[8], all[9]});
+      collect({all[0], all[1]}, {all[2], all[3]}, {{all[4], all[5]}, {all[10], all[11]}}, {all[6], all[7]},
+              {all[8], all[9]});
       prove();
       out = judge();
       follow();

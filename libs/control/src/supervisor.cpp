@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "whirl/control/supervision_numbers.hpp"
+
 namespace whirl::control {
 namespace {
 
@@ -68,6 +70,7 @@ void Supervisor::reset() noexcept {
   square_ = mark_ = time_ = above_ = wait_ = mismatch_ = worse_ = saturated_ = sudden_ = settle_ = calm_ = 0;
   gain_ = force_ = sensor_ = held_ = 1;
   blend_ = own_ = 0;
+  late_ = 0;
   steps_ = 0;
   reasons_ = 0;
   check_.reset();
@@ -119,7 +122,7 @@ void Supervisor::judge_feedforward(const SupervisorInput& in) noexcept {
   }
   // An integrator of what is left: stable for phase errors of the force up to 90 degrees, less the observer's 15.
   const bool lowered = settings_.fixed && steps_ > 0;
-  const bool quiet = (steps_ >= kOwnStep || lowered) && square_ < settings_.level * settings_.level;
+  const bool quiet = late_ <= 0 && (steps_ >= kOwnStep || lowered) && square_ < settings_.level * settings_.level;
   if ((follow_ && steps_ == 0) || quiet) used_ += (h / kFollow) * (now - used_);
   if (follow_ || steps_ > 0) blend_ = toward(blend_, 1, h / kFade);
   // The gain comes back once: a motion that the law feeds returns with it, and is answered for good.
@@ -215,7 +218,17 @@ void Supervisor::judge_force(const SupervisorInput& in) noexcept {
   }
   if (fault == ForceFault::none) return;
   reasons_ |= fault == ForceFault::lost ? kForceLost : fault == ForceFault::reversed ? kForceReversed : kForceLate;
+  if (fault == ForceFault::late) return let_go_late();
   steps_ = kTripStep;
+}
+
+/// A late force still acts: ended at once it would leave the rotor ringing into its next critical speed.
+void Supervisor::let_go_late() noexcept {
+  if (late_ > 0) return;
+  if (steps_ < kOwnStep) used_ = settings_.fixed && !follow_ ? settings_.eps : quiet_;
+  late_ = check_.late();
+  steps_ = std::max(steps_, kForceStep);
+  wait_ = supervision::late_fade;
 }
 
 Supervision Supervisor::step(const SupervisorInput& in) noexcept {
@@ -230,7 +243,8 @@ Supervision Supervisor::step(const SupervisorInput& in) noexcept {
   sensor_ = toward(sensor_, lost ? 0 : 1, h / kSensorFade);
   gain_ = toward(gain_, kGains[steps_], h / kFade);
   own_ = toward(own_, steps_ >= kOwnStep ? 1 : 0, h / kFade);
-  force_ = toward(force_, steps_ >= kForceStep ? 0 : 1, h / kLetGo);
+  force_ = toward(force_, steps_ >= kForceStep ? 0 : 1, h / (late_ > 0 ? supervision::late_fade : kLetGo));
+  if (late_ > 0 && force_ <= 0) steps_ = kTripStep;
   held_ = check_.let_go() ? toward(held_, 0, h / kTestFade) : toward(held_, 1, h / kTestReturn);
 
   Supervision out;
@@ -239,7 +253,7 @@ Supervision Supervisor::step(const SupervisorInput& in) noexcept {
   out.own = own_;
   if (own_ > 0) out.damper = (-sensor_ * kDamping * std::sqrt(std::max(settings_.model.k1, 0.0))) * motion_.v;
   out.blend = blend_;
-  out.eps = used_;
+  out.eps = late_ > 0 ? product(used_, unit_phasor(in.omega * late_)) : used_;
   out.level = std::sqrt(square_);
   out.adapt = steps_ == 0 && !limit && !lost && !check_.let_go();
   out.trip = steps_ >= kTripStep;

@@ -229,7 +229,7 @@ static whirl_status whirl_one(whirl_state *state, const whirl_input *in, whirl_o
 #if HAS_FEEDFORWARD
   d = whirl_make(p->eps_re, p->eps_im);
 #if HAS_SUPERVISION
-  d = whirl_add(d, whirl_scale(state->watch.blend, whirl_sub(state->watch.used, d)));
+  d = whirl_add(d, whirl_scale(state->watch.blend, whirl_sub(state->watch.acting, d)));
 #endif
   d = whirl_mul(d, forcing);
 #else
@@ -247,7 +247,7 @@ static whirl_status whirl_one(whirl_state *state, const whirl_input *in, whirl_o
     return whirl_fault(state, WHIRL_SUPERVISION);
   }
   if (state->watch.blend > R(0.0)) {
-    const whirl_complex acts = whirl_mul(state->watch.used, forcing);
+    const whirl_complex acts = whirl_mul(state->watch.acting, forcing);
     e.d = whirl_add(e.d, whirl_scale(state->watch.blend, whirl_sub(acts, e.d)));
   }
 #endif

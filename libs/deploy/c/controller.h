@@ -107,14 +107,16 @@ typedef struct {
   whirl_real high;
   whirl_real sure_x; /* r^2 for each squared difference of a gain */
   whirl_real sure_y;
-  whirl_real share; /* of the delay */
+  whirl_real share; /* of the probe that fits best */
+  whirl_real delay; /* s */
   whirl_complex eps;
 } whirl_force_fit;
 
 /* Memory of the check that the rotor follows the force. */
 #define WHIRL_BLOCKS 16
 typedef struct {
-  int32_t samples; /* of the 8 ms in which a late force is looked for: samples a block, blocks */
+  int32_t samples; /* a late force is looked for 8 ms and 12 ms ago: samples a block, blocks */
+  int32_t first;
   int32_t blocks;
   int32_t readings;
   int32_t summed;
@@ -128,6 +130,7 @@ typedef struct {
   whirl_complex y[3];
   whirl_complex u[3];
   whirl_complex late[3];
+  whirl_complex later[3];
   whirl_complex unbalance[3];
   whirl_complex z[3];
   whirl_complex eps;
@@ -136,11 +139,13 @@ typedef struct {
   whirl_complex fx;
   whirl_complex fy;
   whirl_complex fl;
+  whirl_complex fm;
   whirl_complex fz;
   whirl_complex zd;
   whirl_complex zx;
   whirl_complex zy;
   whirl_complex zl;
+  whirl_complex zm;
   whirl_real ff;
   whirl_real dd;
   whirl_real xx;
@@ -149,6 +154,8 @@ typedef struct {
   whirl_real yd;
   whirl_real ll;
   whirl_real ld;
+  whirl_real mm;
+  whirl_real md;
   whirl_real zz;
   whirl_real time;
   whirl_real loud;
@@ -163,6 +170,7 @@ typedef struct {
   whirl_real before;
   whirl_real proven; /* s in which the force acted */
   whirl_real idle;   /* s in which it seemed to do nothing */
+  whirl_real found;  /* s, by which the force seems late */
   uint32_t suspected;
   bool changed;
   bool known;
@@ -176,6 +184,7 @@ typedef struct {
   bool adapt;
   uint32_t reasons;
   uint32_t word;
+  whirl_real late; /* s, by which the force was found late; 0: it is not */
   int32_t steps; /* taken back: 1 adaptation; 2, 3 gain; 4 feedback; 5 force; 6 trip */
   whirl_motion motion;
   whirl_complex synchronous;
@@ -184,6 +193,7 @@ typedef struct {
   whirl_complex estimated;
   whirl_complex quiet;
   whirl_complex used;
+  whirl_complex acting; /* the same, turned ahead by what the force is late */
   whirl_real square;
   whirl_real mark;
   whirl_real time;

@@ -6,9 +6,11 @@ static void whirl_check_reset(whirl_state *state) {
   const whirl_complex none = whirl_make(R(0.0), R(0.0));
   const whirl_real samples = M(fmin)(M(floor)((/*@n_block@*/ / p->sample_time) + R(0.5)), R(1e6));
   const whirl_real block = M(fmax)(R(1.0), samples);
-  const whirl_real blocks = M(floor)((/*@n_late@*/ / (block * p->sample_time)) + R(0.5));
+  const whirl_real first = M(floor)((/*@n_late@*/ / (block * p->sample_time)) + R(0.5));
+  const whirl_real blocks = M(floor)((/*@n_later@*/ / (block * p->sample_time)) + R(0.5));
   int32_t i;
   c->samples = (int32_t)block;
+  c->first = (int32_t)whirl_clamp(first, R(1.0), (whirl_real)WHIRL_BLOCKS);
   c->blocks = (int32_t)whirl_clamp(blocks, R(1.0), (whirl_real)WHIRL_BLOCKS);
   c->readings = 0;
   c->summed = 0;
@@ -23,11 +25,13 @@ static void whirl_check_reset(whirl_state *state) {
   c->fx = none;
   c->fy = none;
   c->fl = none;
+  c->fm = none;
   c->fz = none;
   c->zd = none;
   c->zx = none;
   c->zy = none;
   c->zl = none;
+  c->zm = none;
   for (i = 0; i < WHIRL_BLOCKS; i++) {
     c->ring[i] = none;
   }
@@ -35,6 +39,7 @@ static void whirl_check_reset(whirl_state *state) {
     c->y[i] = none;
     c->u[i] = none;
     c->late[i] = none;
+    c->later[i] = none;
     c->unbalance[i] = none;
     c->z[i] = none;
   }
@@ -47,6 +52,8 @@ static void whirl_check_reset(whirl_state *state) {
   c->yd = R(0.0);
   c->ll = R(0.0);
   c->ld = R(0.0);
+  c->mm = R(0.0);
+  c->md = R(0.0);
   c->zz = R(0.0);
   c->time = R(0.0);
   c->loud = R(0.0);
@@ -64,6 +71,7 @@ static void whirl_check_reset(whirl_state *state) {
   c->known = false;
   c->proven = R(0.0);
   c->idle = R(0.0);
+  c->found = R(0.0);
 }
 
 static whirl_real whirl_along(whirl_complex a, whirl_complex b) { return (a.re * b.re) + (a.im * b.im); }
@@ -79,9 +87,10 @@ static whirl_complex whirl_filtered(whirl_complex filter[3], whirl_complex in, w
   return filter[2];
 }
 
-/* u as it was about 8 ms ago, in blocks of about a millisecond. */
-static whirl_complex whirl_delayed(whirl_force_check *c, whirl_complex u) {
-  const whirl_complex old = c->ring[c->at];
+/* u as it was about 8 ms and 12 ms (`later`) ago, in blocks of about a millisecond. */
+static whirl_complex whirl_delayed(whirl_force_check *c, whirl_complex u, whirl_complex *later) {
+  const whirl_complex old = c->ring[((c->at + c->blocks) - c->first) % c->blocks];
+  *later = c->ring[c->at];
   c->sum = whirl_add(c->sum, u);
   c->summed++;
   if (c->summed >= c->samples) {
@@ -106,18 +115,17 @@ static whirl_real whirl_force_play(const whirl_params *p) {
   const whirl_real width = p->gain * ((p->hysteresis > R(0.0)) ? (R(0.5) * p->hysteresis) : (/*@n_play@*/ * p->force_limit));
   return width * width;
 }
-static whirl_real whirl_force_least(const whirl_params *p) {
-  return M(fmax)(whirl_force_seen(p), whirl_force_play(p));
-}
+static whirl_real whirl_force_least(const whirl_params *p) { return M(fmax)(whirl_force_seen(p), whirl_force_play(p)); }
 
 /* Weighted means of products over the last 8 ms. */
 static void whirl_collect(whirl_force_check *c, whirl_real h, whirl_complex y, whirl_complex u, whirl_complex late,
-                          whirl_complex unbalance, whirl_complex z) {
+                          whirl_complex later, whirl_complex unbalance, whirl_complex z) {
   const whirl_real w = M(fmin)(h / (((c->test > R(0.0)) && c->known) ? /*@n_known_window@*/ : /*@n_window@*/), R(1.0));
   const whirl_complex d = whirl_sub(y, u);
   const whirl_complex back = whirl_conj(unbalance);
   const whirl_complex other = whirl_conj(z);
   const whirl_complex l = whirl_sub(late, u);
+  const whirl_complex m = whirl_sub(later, u);
   const whirl_complex uy = whirl_make(R(0.0), -u.im);
   c->now = whirl_mul(d, back);
   c->ff += w * (whirl_norm(unbalance) - c->ff);
@@ -125,6 +133,7 @@ static void whirl_collect(whirl_force_check *c, whirl_real h, whirl_complex y, w
   c->fx = whirl_mean(w, c->fx, whirl_scale(-u.re, back));
   c->fy = whirl_mean(w, c->fy, whirl_mul(uy, back));
   c->fl = whirl_mean(w, c->fl, whirl_mul(l, back));
+  c->fm = whirl_mean(w, c->fm, whirl_mul(m, back));
   c->fz = whirl_mean(w, c->fz, whirl_mul(z, back));
   c->dd += w * (whirl_norm(d) - c->dd);
   c->xx += w * ((u.re * u.re) - c->xx);
@@ -132,12 +141,15 @@ static void whirl_collect(whirl_force_check *c, whirl_real h, whirl_complex y, w
   c->xd += w * ((-u.re * d.re) - c->xd);
   c->yd += w * ((-u.im * d.im) - c->yd);
   c->ll += w * (whirl_norm(l) - c->ll);
+  c->mm += w * (whirl_norm(m) - c->mm);
+  c->md += w * (whirl_along(m, d) - c->md);
   c->ld += w * (whirl_along(l, d) - c->ld);
   c->zz += w * (whirl_norm(z) - c->zz);
   c->zd = whirl_mean(w, c->zd, whirl_mul(d, other));
   c->zx = whirl_mean(w, c->zx, whirl_scale(-u.re, other));
   c->zy = whirl_mean(w, c->zy, whirl_mul(uy, other));
   c->zl = whirl_mean(w, c->zl, whirl_mul(l, other));
+  c->zm = whirl_mean(w, c->zm, whirl_mul(m, other));
 }
 
 /* Least squares of r with the unbalance e, or with any: then each product loses what lies along the unbalance. What an
@@ -157,10 +169,15 @@ static whirl_force_fit whirl_fit_force(const whirl_force_check *c, whirl_real k1
   const whirl_complex zx = whirl_sub(c->zx, whirl_scale(per, whirl_mul(back, c->fx)));
   const whirl_complex zy = whirl_sub(c->zy, whirl_scale(per, whirl_mul(back, c->fy)));
   const whirl_complex zl = whirl_sub(c->zl, whirl_scale(per, whirl_mul(back, c->fl)));
+  const whirl_complex zm = whirl_sub(c->zm, whirl_scale(per, whirl_mul(back, c->fm)));
   const whirl_complex fq = whirl_sub(fr, whirl_mul(q, c->fz));
   const whirl_real xr = ((c->xd - whirl_along(c->fx, e)) - (per * whirl_along(c->fx, fr))) - whirl_along(zx, q);
   const whirl_real yr = ((c->yd - whirl_along(c->fy, e)) - (per * whirl_along(c->fy, fr))) - whirl_along(zy, q);
   const whirl_real lr = ((c->ld - whirl_along(c->fl, e)) - (per * whirl_along(c->fl, fr))) - whirl_along(zl, q);
+  const whirl_real mr = ((c->md - whirl_along(c->fm, e)) - (per * whirl_along(c->fm, fr))) - whirl_along(zm, q);
+  const whirl_real first = lr / ((c->ll - (per * whirl_norm(c->fl))) + least);
+  const whirl_real second = mr / ((c->mm - (per * whirl_norm(c->fm))) + least);
+  const bool later = known && ((second * mr) > (first * lr));
   const whirl_real xx = (c->xx - (per * whirl_norm(c->fx))) + least;
   const whirl_real yy = (c->yy - (per * whirl_norm(c->fy))) + least;
   const whirl_real xy = -per * whirl_along(c->fx, c->fy);
@@ -172,7 +189,8 @@ static whirl_force_fit whirl_fit_force(const whirl_force_check *c, whirl_real k1
           (R(2.0) * whirl_along(q, zr))) +
          (whirl_norm(q) * zz);
   f.changed = f.rr - (known ? (whirl_norm(fq) / ff) : R(0.0));
-  f.share = lr / ((c->ll - (per * whirl_norm(c->fl))) + least);
+  f.share = later ? second : first;
+  f.delay = later ? (second * /*@n_later@*/) : (first * /*@n_late@*/);
   f.gain_x = R(1.0) - px;
   f.gain_y = R(1.0) - py;
   f.low = M(fmin)(f.gain_x, f.gain_y);
@@ -180,7 +198,7 @@ static whirl_force_fit whirl_fit_force(const whirl_force_check *c, whirl_real k1
   f.sure_x = det / yy;
   f.sure_y = det / xx;
   f.by_gain = (f.rr - (px * xr)) - (py * yr);
-  f.by_delay = f.rr - (f.share * lr);
+  f.by_delay = f.rr - (later ? (second * mr) : (first * lr));
   f.eps = whirl_add(e, whirl_scale(R(1.0) / ff, whirl_sub(whirl_sub(fq, whirl_scale(px, c->fx)),
                                                           whirl_scale(py, c->fy))));
   return f;
@@ -274,6 +292,9 @@ static uint32_t whirl_force_suspect(whirl_force_check *c, const whirl_params *p,
   c->tested = M(fmin)(c->tested + h, /*@n_again@*/);
   c->gain_time = gain ? (c->gain_time + h) : R(0.0);
   c->late_time = late ? (c->late_time + h) : R(0.0);
+  if (late) {
+    c->found = alone ? stiff.delay : f->delay;
+  }
   if (reversed && fault) {
     /* nothing that limits a force turns its sign */
     const whirl_force_fit any = starting ? *f : whirl_fit_force(c, p->k1, whirl_make(R(0.0), R(0.0)), false);
@@ -383,7 +404,8 @@ static uint32_t whirl_force_check_step(whirl_state *state, whirl_complex z, bool
   const whirl_params *const p = &state->params;
   const whirl_real h = p->sample_time;
   const whirl_complex u = whirl_scale(R(0.5), whirl_add(a, c->a1));
-  const whirl_complex late = whirl_delayed(c, u);
+  whirl_complex later;
+  const whirl_complex late = whirl_delayed(c, u, &later);
   const whirl_complex before = c->forcing1;
   uint32_t found = 0U;
   whirl_force_unsure(c, p, a, limited);
@@ -402,6 +424,7 @@ static uint32_t whirl_force_check_step(whirl_state *state, whirl_complex z, bool
       const whirl_complex ys = whirl_filtered(c->y, y, h);
       const whirl_complex us = whirl_filtered(c->u, u, h);
       const whirl_complex ls = whirl_filtered(c->late, late, h);
+      const whirl_complex ms = whirl_filtered(c->later, later, h);
       const whirl_complex unbalance = whirl_filtered(c->unbalance, before, h);
       const whirl_complex zs = whirl_filtered(c->z, c->z1, h);
       /* When the first force begins to act is known to some ms only: its edge is no evidence, what follows is. */
@@ -409,7 +432,7 @@ static uint32_t whirl_force_check_step(whirl_state *state, whirl_complex z, bool
         c->time = M(fmin)(c->time + h, R(1.0));
       }
       if (c->time > /*@n_edge@*/) {
-        whirl_collect(c, h, ys, us, ls, unbalance, zs);
+        whirl_collect(c, h, ys, us, ls, ms, unbalance, zs);
         whirl_force_prove(c, p);
         found = whirl_force_judge(c, p);
         whirl_force_follow(c, p);

@@ -19,6 +19,7 @@ static void whirl_watch_reset(whirl_state *state) {
   w->estimated = whirl_make(state->params.eps_re, state->params.eps_im);
   w->quiet = w->estimated;
   w->used = w->estimated;
+  w->acting = w->estimated;
   w->square = R(0.0);
   w->mark = R(0.0);
   w->time = R(0.0);
@@ -37,6 +38,7 @@ static void whirl_watch_reset(whirl_state *state) {
   w->sensor = R(1.0);
   w->blend = R(0.0);
   w->gain = R(1.0);
+  w->late = R(0.0);
   w->steps = 0;
   w->reasons = 0U;
   w->word = 0U;
@@ -118,7 +120,7 @@ static void whirl_watch_feedforward(whirl_state *state, bool fresh, whirl_comple
 #else
     const int32_t least_steps = 4;
 #endif
-    const bool quiet = (w->steps >= least_steps) && (w->square < (p->watch_level * p->watch_level));
+    const bool quiet = (w->late <= R(0.0)) && (w->steps >= least_steps) && (w->square < (p->watch_level * p->watch_level));
     if ((w->follow && (w->steps == 0)) || quiet) {
       w->used = whirl_add(w->used, whirl_scale(h / R(0.12), whirl_sub(now, w->used)));
     }
@@ -251,6 +253,25 @@ static void whirl_watch_motion(whirl_state *state, whirl_complex forcing, whirl_
   }
 }
 
+/* A late force still acts: ended at once it would leave the rotor ringing into its next critical speed. */
+static void whirl_watch_let_go_late(whirl_state *state) {
+  whirl_watch *const w = &state->watch;
+  if (w->late <= R(0.0)) {
+    if (w->steps < 4) {
+#if HAS_FIXED
+      w->used = w->follow ? w->quiet : whirl_make(state->params.eps_re, state->params.eps_im);
+#else
+      w->used = w->quiet;
+#endif
+    }
+    w->late = state->check.found;
+    if (w->steps < 5) {
+      w->steps = 5;
+    }
+    w->wait = /*@n_late_fade@*/;
+  }
+}
+
 /* The supervisor beside the law: see whirl_output.word. */
 static void whirl_watch_step(whirl_state *state, whirl_complex z, bool fresh, whirl_complex forcing, whirl_real beta,
                              whirl_complex d, whirl_real omega) {
@@ -262,7 +283,7 @@ static void whirl_watch_step(whirl_state *state, whirl_complex z, bool fresh, wh
   const bool lost = state->held >= 3U;
   uint32_t force;
   bool limit;
-  w->given = whirl_add(whirl_scale(R(1.0) - w->blend, d), whirl_scale(w->blend, whirl_mul(w->used, forcing)));
+  w->given = whirl_add(whirl_scale(R(1.0) - w->blend, d), whirl_scale(w->blend, whirl_mul(w->acting, forcing)));
   whirl_watch_observe(state, z, fresh, a, whirl_phasor(beta), omega);
   w->time = M(fmin)(w->time + h, R(1.0));
   whirl_watch_feedforward(state, fresh, forcing);
@@ -282,18 +303,26 @@ static void whirl_watch_step(whirl_state *state, whirl_complex z, bool fresh, wh
     w->blend = R(1.0);
 #endif
   }
-  if (force != 0U) {
-    w->reasons |= force;
+  w->reasons |= force;
+  if (force == WHIRL_WATCH_FORCE_LATE) {
+    whirl_watch_let_go_late(state);
+  } else if (force != 0U) {
     w->steps = 6;
+  } else {
+    /* the rotor follows the force */
   }
   w->at_limit += (h / R(0.05)) * ((state->saturated ? R(1.0) : R(0.0)) - w->at_limit);
   limit = w->at_limit > R(0.5);
   w->sensor = whirl_toward(w->sensor, lost ? R(0.0) : R(1.0), h / R(0.01));
   w->feedback = whirl_toward(w->feedback, gains[w->steps], h / R(0.02));
   w->own = whirl_toward(w->own, (w->steps >= 4) ? R(1.0) : R(0.0), h / R(0.02));
-  w->force = whirl_toward(w->force, (w->steps >= 5) ? R(0.0) : R(1.0), h / R(0.3));
+  w->force = whirl_toward(w->force, (w->steps >= 5) ? R(0.0) : R(1.0), h / ((w->late > R(0.0)) ? /*@n_late_fade@*/ : R(0.3)));
+  if ((w->late > R(0.0)) && (w->force <= R(0.0))) {
+    w->steps = 6;
+  }
   w->held = (state->check.test > R(0.0)) ? whirl_toward(w->held, R(0.0), h / R(2e-3))
                                          : whirl_toward(w->held, R(1.0), h / R(5e-3));
+  w->acting = (w->late > R(0.0)) ? whirl_mul(w->used, whirl_phasor(omega * w->late)) : w->used;
   w->gain = w->feedback * w->sensor;
   w->adapt = (w->steps == 0) && !limit && !lost && (state->check.test <= R(0.0));
   w->word = w->reasons | (limit ? WHIRL_WATCH_SATURATION : 0U) | (lost ? WHIRL_WATCH_SENSOR_LOST : 0U);

@@ -162,6 +162,7 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
     on.insert("SUPERVISION");
 #define WHIRL_NUMBER(name, value) s.slots["n_" #name] = c_literal(value, options.single_precision);
     WHIRL_FORCE_CHECK_NUMBERS(WHIRL_NUMBER)
+    WHIRL_SUPERVISOR_NUMBERS(WHIRL_NUMBER)
 #undef WHIRL_NUMBER
     if (!d.feedforward && !law.cancels_synchronous) on.insert("CARRIED");
   }

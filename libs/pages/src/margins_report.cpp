@@ -72,6 +72,15 @@ report::Table margins_table(const MarginStudy& study, const ControllerDesign& de
   return t;
 }
 
+std::string delivered_text(const tuning::DeliveredDelay& found) {
+  return fmt::format("further delay as delivered: {:.2f} ms, limited by: {}", 1e3 * found.delay, name_of(found.limit));
+}
+
+io::Json to_json(const tuning::DeliveredDelay& found) {
+  io::Json out = io::Json::object();
+  return out.set("delay", found.delay).set("limited_by", std::string(name_of(found.limit)));
+}
+
 io::Json to_json(const std::vector<MarginStudy>& studies) {
   io::Json document = io::start_document("whirl.margins", 1);
   io::Json::Array plants;

@@ -72,10 +72,12 @@ ClosedLoopPlant::ClosedLoopPlant(const rig::RigParameters& rig, const ClosedLoop
   open_ = rig::segment_peaks(x, segment_, std::lround(options.skip * rig.timing.rate));
 }
 
-ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording* log, std::uint64_t seed) const {
+ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording* log, std::uint64_t seed,
+                                       const std::vector<rig::ScriptedFault>& faults) const {
   control::Controller controller = control::make_controller(design);
   rig::RigRun experiment = options_.run;
   if (seed != 0) experiment.seed = seed;
+  experiment.faults.insert(experiment.faults.end(), faults.begin(), faults.end());
   rig::VirtualRig rig(tables_, experiment);
   const rig::RigTruth truth(rig);
   rt::SimulatedClock clock(1 / rig_.timing.rate);

@@ -60,7 +60,9 @@ ComparedMethod parse_method(const std::string& text) {
 
 std::vector<ComparedMethod> default_methods() {
   std::vector<ComparedMethod> out;
-  for (const control::MethodInfo& law : control::laws()) out.push_back(parse_method(law.name));
+  for (const control::MethodInfo& law : control::laws()) {
+    if (!control::law_entry(law.name).own) out.push_back(parse_method(law.name));
+  }
   for (const char* method :
        {"pd:lpf:no-feedforward", "tsmc_paper:lpf:no-feedforward", "tsmc:red_implicit", "tsmc:eso", "tsmc:kalman",
         "tsmc:kfo", "tsmc:kfe", "pd:kfe", "lsmc:kfe", "ftsmc:kfe", "sta_implicit:kfe", "mpc:kfe", "pd:kfo"}) {

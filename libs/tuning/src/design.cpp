@@ -258,6 +258,11 @@ ControllerDesign assessed_design(const Search& search, const std::vector<double>
   std::erase_if(d.parameters, [](const auto& p) {
     return (p.first.starts_with("runout_") || p.first.starts_with("mode_")) && p.second == 0;
   });
+  if (const control::LawEntry& law = control::law_entry(d.law); law.entries != nullptr) {
+    for (const control::ParameterInfo& info : law.entries(d.parameters)) {
+      if (d.parameters.at(info.name) == info.fallback) d.parameters.erase(info.name);
+    }
+  }
   assess(d, *search.options);
   d.margins.insert(search.training.begin(), search.training.end());
   for (const auto& [cost, variables] : search.tried) {
@@ -357,6 +362,11 @@ ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignO
     const rig::RigLaser& laser = options.hardware.laser;
     const double lsb = laser.bits > 0 ? laser.range / std::ldexp(1.0, laser.bits) : 0;
     d.parameters["measurement_noise"] = std::hypot(laser.noise, 1e-6, lsb / std::sqrt(12.0));
+  }
+  if (options.own) {
+    const OwnLaw& own = *options.own;
+    for (const auto& [name, value] : control::linear_parameters(own.x, own.y, d.model.gain, own.sample_time))
+      d.parameters[name] = value;
   }
   for (const auto& [name, value] : options.fixed) d.parameters[name] = value;
   control::make_controller(d);  // throws for whatever is wrong

@@ -13,6 +13,7 @@
 #include "whirl/control/catalogue.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/times.hpp"
+#include "whirl/tuning/delivered_delay.hpp"
 #include "whirl/tuning/design.hpp"
 #include "whirl/tuning/loop_margins.hpp"
 #include "whirl/tuning/verdict.hpp"
@@ -57,9 +58,9 @@ std::vector<SpeedMargins> margins_on(const ControllerDesign& trial, const RotorM
 
 void put_margins(std::map<std::string, double>& margins, const LoopMargins& m, double sample_time) {
   // Where none was found up to here, that is what is known.
-  constexpr double kMost = 12, kMostGain = 8;
+  constexpr double kMostGain = 8;
   const auto bounded = [](double value, double most) { return std::isfinite(value) ? std::min(value, most) : most; };
-  margins["delay_margin_s"] = m.stable ? bounded(m.delay, kMost * sample_time) : 0;
+  margins["delay_margin_s"] = m.stable ? stated_delay(m.delay, sample_time) : 0;
   margins["gain_margin"] = m.stable ? bounded(m.gain_up, kMostGain) : 1;
   margins["gain_margin_down"] = m.gain_down;
   margins["phase_margin_deg"] = m.phase * 180 / std::numbers::pi;
@@ -125,12 +126,15 @@ void add_sliding_margins(ControllerDesign& design, const ClosedLoopMetrics& run,
   }
 }
 
-/// What supervision takes back is not held by what is delivered. `held`: of so many samples at most, those that are.
-template <class Held>
-void limit_delay(ControllerDesign& design, Held&& held) {
-  double& margin = design.margins.at("delay_margin_s");
-  const int most = static_cast<int>(margin / design.sample_time), found = held(most);
-  if (found < most) margin = (found + 0.5) * design.sample_time;
+void put_delay(std::map<std::string, double>& margins, const DeliveredDelay& found) {
+  margins["delay_margin_s"] = found.delay;
+  margins["delay_limit"] = static_cast<int>(found.limit);
+}
+
+std::string limited_by(const std::map<std::string, double>& margins) {
+  const auto limit = margins.find("delay_limit");
+  if (limit == margins.end()) return {};
+  return fmt::format(" (limited by: {})", name_of(static_cast<DelayLimit>(static_cast<int>(limit->second))));
 }
 
 }  // namespace
@@ -176,7 +180,7 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   watched.margins.clear();
   const std::string alarm = nominal_alarm(watched, ringing, model, hardware, seed, options.threads);
   if (alarm.empty() && loop.stable)
-    limit_delay(design, [&](int most) { return delivered_delay(watched, ringing, model, hardware, seed, most); });
+    put_delay(margins, delivered_delay(design, loop.delay, model, hardware, seed, options.threads));
   const bool certified = refused.empty() && alarm.empty() && !no_margin && left > 0 && soft_stable;
   margins["certified"] = certified ? 1 : 0;
   const double percent = 100 * options.stiffness_uncertainty;
@@ -185,13 +189,14 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   design.summary.trust =
       certified
           ? fmt::format(
-                "stable on the tuning plant with {:.1f} ms more delay, gain up to {:.2g} times and "
+                "stable on the tuning plant with {:.1f} ms more delay{}, gain up to {:.2g} times and "
                 "stiffness {:.0f} % lower; peak sensitivity {:.1f}, zone {}; peak at most {:.3f} mm with forces "
                 "{:.0f} % stronger or weaker, axes {:.1f} degrees off, the profile reversed and the critical speed "
                 "held; "
                 "simulation only",
-                1e3 * margins["delay_margin_s"], margins["gain_margin"], percent, loop.peak_sensitivity, loop.zone(),
-                1e3 * margins["peak_m"], 100 * kGainTolerance, kAxisTolerance * 180 / std::numbers::pi)
+                1e3 * margins["delay_margin_s"], limited_by(margins), margins["gain_margin"], percent,
+                loop.peak_sensitivity, loop.zone(), 1e3 * margins["peak_m"], 100 * kGainTolerance,
+                kAxisTolerance * 180 / std::numbers::pi)
           : "not certified: see the warnings";
   if (certified && !hardware.modes.empty()) {
     design.summary.trust +=

@@ -133,5 +133,46 @@ TEST(LimitedMachinesProperty, SoundActuatorsAreNotBlamedAndLostOrReversedOnesAre
   EXPECT_LE(20 * all.late, all.faults);
 }
 
+/// Largest motion of a run, m, from `late_from` on; with no design without control.
+double largest(const ControllerDesign* d, const testing::LimitedMachine& m, std::uint64_t seed, std::uint32_t& word) {
+  std::optional<control::Controller> controller;
+  if (d != nullptr) controller.emplace(control::make_controller(*d));
+  testing::LimitedRig rig(m, seed);
+  bool tripped = d == nullptr;
+  double peak = 0;
+  for (; !rig.done(); rig.advance()) {
+    const auto u = tripped ? Expected<Command, Fault>(Command{}) : controller->step(rig.read());
+    tripped = tripped || !u;
+    rig.write(u ? *u : Command{});
+    if (d != nullptr && !tripped) word |= controller->state().supervision.word;
+    if (d == nullptr || rig.time() >= m.late_from) peak = std::max(peak, std::abs(rig.z()));
+  }
+  return peak;
+}
+
+// Ended at once, a late force would leave the rotor ringing, and 1.2 times the motion without control at its next
+// critical speed.
+TEST(LimitedMachinesProperty, ALateForceFadesSoThatTheRotorStaysBelowTheOpenLoop) {
+  int found = 0;
+  for (const auto& [law, estimator, number] : {std::tuple{"pid", "lpf", 5001U}, {"lqr", "eso", 5006U}}) {
+    const auto m = testing::LimitedMachine::draw(number);
+    const ControllerDesign d = designed(m, law, estimator, 8);
+    std::uint32_t none = 0;
+    const double open = largest(nullptr, m, number, none);
+    for (const double from : {0.4, 1.0, 1.8}) {
+      testing::LimitedMachine late = m;
+      late.late_from = from;
+      late.late_by = 8.5e-3;
+      std::uint32_t word = 0;
+      const double peak = largest(&d, late, 7 * number + 3, word);
+      fmt::print("{}, {}, from {:.1f} s: {:.2f} of the open loop: {}\n", law, estimator, from, peak / open,
+                 control::supervision_text(word));
+      EXPECT_LE(peak, 1.05 * open) << law << " " << from;
+      found += (word & control::kForceLate) != 0;
+    }
+  }
+  EXPECT_GE(found, 4);
+}
+
 }  // namespace
 }  // namespace whirl::tuning

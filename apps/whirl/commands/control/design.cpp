@@ -10,9 +10,12 @@
 #include "whirl/io/signals.hpp"
 #include "whirl/pages/text/design.hpp"
 #include "whirl/report/table.hpp"
+#include "whirl/tuning/law_file.hpp"
 
 namespace whirl::app {
 namespace {
+
+constexpr const char* kOwnLaw = "state_space";
 
 void list_methods(const Session& session) {
   for (const auto& [title, methods] :
@@ -42,12 +45,25 @@ std::map<std::string, double> parse_fixed(const std::vector<std::string>& settin
   return fixed;
 }
 
+/// A file is the law; without one its numbers are set by hand.
+void choose_own(const std::string& file, tuning::DesignOptions& d) {
+  if (!file.empty()) d.law = kOwnLaw;
+  if (file.empty() && d.law == kOwnLaw && d.fixed.empty())
+    throw Error::in_field("--law", d.law, "given by its numbers: --law-file law.json (docs/formats.md)");
+}
+
+void read_own(const std::string& file, tuning::DesignOptions& d, std::vector<std::filesystem::path>& inputs) {
+  if (file.empty()) return;
+  d.own = tuning::read_law(io::load_json(file), file, 1 / d.hardware.timing.rate);
+  inputs.emplace_back(file);
+}
+
 }  // namespace
 
 void add_design(CommandLine& app, Session& session) {
   struct Options {
     PlantOptions plant;
-    std::string out;
+    std::string out, law_file;
     tuning::DesignOptions design;
     std::string slow_roll;
     bool no_feedforward = false, list = false;
@@ -72,8 +88,10 @@ void add_design(CommandLine& app, Session& session) {
         tuning::DesignOptions d = o->design;
         d.feedforward = !o->no_feedforward;
         d.fixed = parse_fixed(o->set);
+        choose_own(o->law_file, d);
         std::vector<std::filesystem::path> inputs;
         const IdentifiedModel model = o->plant.load(d, inputs, identification::Consumer::design);
+        read_own(o->law_file, d, inputs);
         if (!o->slow_roll.empty()) {
           d.runout = control::estimate_runout(io::read_recording(o->slow_roll));
           inputs.emplace_back(o->slow_roll);
@@ -98,6 +116,11 @@ void add_design(CommandLine& app, Session& session) {
       ->input();
   sub->add_option("--out", o->out, "write controller.json")->output("whirl.controller");
   sub->add_option("--law", o->design.law, "control law; --list names all")->show_default();
+  sub->add_option("--law-file", o->law_file,
+                  "a law of your own (whirl.law, docs/formats.md): A, B, C, D or num, den; the search tunes only the "
+                  "estimator then")
+      ->input()
+      ->excludes("--law");
   sub->add_option("--estimator", o->design.estimator, "state estimator; --list names all")->show_default();
   sub->add_flag("--no-feedforward", o->no_feedforward, "leave the unbalance term of f2, f4 out");
   o->plant.add_to(sub);

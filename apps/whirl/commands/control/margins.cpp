@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <limits>
+
 #include "command.hpp"
 #include "plant_options.hpp"
 #include "whirl/io/model_json.hpp"
@@ -6,6 +9,19 @@
 #include "whirl/report/document.hpp"
 
 namespace whirl::app {
+namespace {
+
+/// Of the loop on every plant, s; 0 where it does not hold.
+double worst_delay(const std::vector<tuning::MarginStudy>& studies) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const tuning::MarginStudy& study : studies) {
+    const tuning::LoopMargins worst = tuning::worst_margins(study.speeds);
+    least = std::min(least, worst.stable ? worst.delay : 0);
+  }
+  return least;
+}
+
+}  // namespace
 
 void add_margins(CommandLine& app, Session& session) {
   struct Options {
@@ -24,7 +40,8 @@ void add_margins(CommandLine& app, Session& session) {
       "sensors; "
       "both\n"
       "axes are one complex loop, with forward and backward whirl. Modes whose sign is not known are taken both ways.\n"
-      "Output: table per plant with the peak sensitivity and its zone of ISO 14839-3; --out DIR writes margins.json "
+      "Output: table per plant with the peak sensitivity and its zone of ISO 14839-3, and the further delay of the "
+      "controller\nas delivered, supervision included, with what limits it; --out DIR writes margins.json "
       "and\n"
       "report.html (Nyquist diagram, sensitivity). Fails (exit code 1) where the loop is not stable, its peak "
       "sensitivity\nis above 4 (zones C and D), its gain or phase margin is below what that forces (1.33 times up, 0.8 "
@@ -42,6 +59,10 @@ void add_margins(CommandLine& app, Session& session) {
         const ControllerDesign design = io::load<ControllerDesign>(o->controller);
         std::vector<tuning::MarginStudy> studies = tuning::margin_studies(design, model, d, o->margins);
         for (const tuning::MarginStudy& s : studies) session.say(report::to_text(pages::margins_table(s, design)));
+        const double loop = worst_delay(studies);
+        std::optional<tuning::DeliveredDelay> delivered;
+        if (loop > 0) delivered = tuning::delivered_delay(design, loop, model, d);
+        if (delivered) session.say(pages::delivered_text(*delivered));
         const Provenance from = io::provenance(inputs, session.command_line, o->margins.seed);
         Summary summary;
         tuning::state_parts(identification::Consumer::margins, model, d.hardware, summary);
@@ -51,7 +72,9 @@ void add_margins(CommandLine& app, Session& session) {
             summary.add(*missed);
           }
         }
-        const io::Json json = pages::to_json(studies).set("summary", to_json(summary)).set("provenance", to_json(from));
+        io::Json json = pages::to_json(studies);
+        if (delivered) json.set("delivered", pages::to_json(*delivered));
+        json.set("summary", to_json(summary)).set("provenance", to_json(from));
         if (!o->out.empty()) {
           io::make_folder(o->out);
           session.write_together();

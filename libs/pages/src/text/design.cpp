@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "whirl/tuning/delivered_delay.hpp"
 #include "whirl/tuning/loop_margins.hpp"
 #include "whirl/tuning/verdict.hpp"
 
@@ -43,7 +44,10 @@ void add_loop_margins(const ControllerDesign& design, report::Table& t) {
            fmt::format("at most {:.2g} times", limits.gain_down()), met(*down <= limits.gain_down()), why});
   if (const auto delay = stated("delay_margin_s")) {
     const double least = limits.delay_samples * design.sample_time;
-    t.add({"further delay", milliseconds(*delay), "at least " + milliseconds(least), met(*delay >= least),
+    std::string by;
+    if (const auto limit = stated("delay_limit"))
+      by = fmt::format(", limited by: {}", name_of(static_cast<tuning::DelayLimit>(static_cast<int>(*limit))));
+    t.add({"further delay", milliseconds(*delay) + by, "at least " + milliseconds(least), met(*delay >= least),
            "half a tick of the loop"});
   }
   if (const auto phase = stated("phase_margin_deg"))

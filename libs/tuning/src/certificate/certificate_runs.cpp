@@ -112,21 +112,4 @@ std::string nominal_alarm(const ControllerDesign& supervised, const TuningScenar
   return {};
 }
 
-int delivered_delay(const ControllerDesign& supervised, const TuningScenario& ringing, const RotorModel& model,
-                    const Hardware& hardware, std::uint64_t seed, int most) {
-  const auto holds = [&](int delay) {
-    TuningScenario late = ringing;
-    late.extra_delay = delay;
-    const ClosedLoopMetrics run = scenario_plant(late, model, hardware, seed).run(supervised);
-    return run.verdict.stable && (run.supervision & control::kUnheld) == 0;
-  };
-  if (most <= 0 || holds(most)) return std::max(most, 0);
-  int low = 0, high = most;
-  while (high - low > 1) {
-    const int middle = (low + high) / 2;
-    (holds(middle) ? low : high) = middle;
-  }
-  return low;
-}
-
 }  // namespace whirl::tuning

@@ -27,9 +27,4 @@ CertificateRuns certificate_runs(const ControllerDesign& trial, const TuningScen
 std::string nominal_alarm(const ControllerDesign& supervised, const TuningScenario& ringing, const RotorModel& model,
                           const Hardware& hardware, std::uint64_t seed, int threads);
 
-/// The largest further delay, samples up to `most`, with which the design as delivered, supervision included, runs
-/// through its profile; its own plant holds it (nominal_alarm).
-int delivered_delay(const ControllerDesign& supervised, const TuningScenario& ringing, const RotorModel& model,
-                    const Hardware& hardware, std::uint64_t seed, int most);
-
 }  // namespace whirl::tuning

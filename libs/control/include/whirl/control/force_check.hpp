@@ -34,11 +34,12 @@ struct ForceCheckSettings {
 /// force was at its limit or changed as fast as its actuator can: what was delivered is then known to be not what was
 /// asked for. Forces within the hysteresis of the actuator are not judged.
 ///
-/// A suspicion is an r that (a) a gain of each actuator, r = (g - 1) u, or (b) u coming 8 ms later explains: it leaves
-/// less than a fifth of r for 8 ms (2 ms are enough for a large one of the wrong sign). For (a) one gain is below 0.35,
-/// for (b) 0.6 to 1.6 of the 8 ms are found. `lost` or `reversed`: (a) is four times as good as (c), another
-/// unbalance, or clearly better where (c) leaves more than half. Else the force is let go (`let_go`) for 6 to 24 ms:
-/// a wrong force leaves nothing of r then, another unbalance all of it, and is known (`changed`, `eps`).
+/// A suspicion is an r that (a) a gain of each actuator, r = (g - 1) u, or (b) u coming 8 or 12 ms later explains: it
+/// leaves less than a fifth of r for 8 ms (2 ms are enough for a large one of the wrong sign). For (a) one gain is
+/// below 0.35, for (b) 0.6 to 1.6 of the better of both delays are found; 12 ms are not tried while the unbalance is
+/// not known. `lost` or `reversed`: (a) is four times as good as (c), another unbalance, or clearly better where (c)
+/// leaves more than half. Else the force is let go (`let_go`) for 6 to 24 ms: a wrong force leaves nothing of r then,
+/// another unbalance all of it, and is known (`changed`, `eps`).
 ///
 /// Where the force was limited, only gains that are fitted together with e count, over the end of the force that is let
 /// go. An actuator is blamed where its gain is below 0.35 and a gain of 0.7, which a design is certified for, would
@@ -66,27 +67,31 @@ class ForceCheck {
   bool let_go() const noexcept { return test_ > 0; }
   /// True for one sample: what was seen without force is another unbalance, `eps`.
   bool changed() const noexcept { return changed_; }
-  Complex eps() const noexcept { return eps_; }  ///< the unbalance that acts, m
+  Complex eps() const noexcept { return eps_; }    ///< the unbalance that acts, m
+  double late() const noexcept { return found_; }  ///< of a force that is late: by how much, s
   /// The readings before a gap are forgotten.
   void interrupt() noexcept { readings_ = 0; }
 
  private:
-  // Real and imaginary parts of y, u, u late, unbalance, displacement.
+  // Real and imaginary parts of y, u, u late, unbalance, displacement, u later.
   using Signals = std::array<double, 16>;
   static constexpr int kBlocks = 16;
   /// What explains r; mean squares, m^2/s^4.
   struct Fit {
     double rr = 0, changed = 0, by_gain = 0, by_delay = 0;  // r^2, and what is left by unbalance, gains, delay
     double gain_x = 1, gain_y = 1, sure_x = 0, sure_y = 0;  // gains; r^2 for each squared difference of one
-    double share = 0;                                       // of the delay
+    double share = 0, delay = 0;                            // of the probe that fits best; the delay, s
     Complex eps;                                            // unbalance beside those gains, m
     double low() const noexcept { return gain_x < gain_y ? gain_x : gain_y; }
     double high() const noexcept { return gain_x < gain_y ? gain_y : gain_x; }
   };
 
   void low_pass(Signals& in) noexcept;
-  Complex delayed(Complex u) noexcept;
-  void collect(Complex y, Complex u, Complex late, Complex unbalance, Complex z) noexcept;
+  struct Late {
+    Complex near, far;  // u as it was 8 ms and 12 ms ago
+  };
+  Late delayed(Complex u) noexcept;
+  void collect(Complex y, Complex u, const Late& late, Complex unbalance, Complex z) noexcept;
   Fit fit(Complex e, bool known, double share = 1) const noexcept;
   bool lost(const Fit& f, double proof) const noexcept;
   bool turned(const Fit& f) const noexcept;
@@ -99,7 +104,7 @@ class ForceCheck {
   double threshold_ = 0, play_ = 0, least_ = 0;  // (m/s^2)^2: of r that is seen, of hysteresis, the larger
   double change_ = 0, model_ = 0;                // m/s^2 a sample, 1/s^2
   double share_ = 0;                             // of the filters, a sample
-  int samples_ = 1, blocks_ = 1;                 // of the delay: samples a block, blocks
+  int samples_ = 1, near_ = 1, blocks_ = 1;      // of the delays: samples a block, blocks
   // readings
   int readings_ = 0;
   Complex z1_, z2_, a1_, forcing1_;
@@ -107,13 +112,15 @@ class ForceCheck {
   Complex sum_;
   int summed_ = 0, at_ = 0;
   std::array<Signals, 3> filter_{};
-  // Weighted means of products: f unbalance per metre, d = y - u, x and y the axes of u, l its change by the delay, z.
-  Complex eps_, now_, fd_, fx_, fy_, fl_, fz_, zd_, zx_, zy_, zl_;
-  double ff_ = 0, dd_ = 0, xx_ = 0, yy_ = 0, xd_ = 0, yd_ = 0, ll_ = 0, ld_ = 0, zz_ = 0;
+  // Weighted means of products: f unbalance per metre, d = y - u, x and y the axes of u, l and m its changes by the
+  // delays, z.
+  Complex eps_, now_, fd_, fx_, fy_, fl_, fm_, fz_, zd_, zx_, zy_, zl_, zm_;
+  double ff_ = 0, dd_ = 0, xx_ = 0, yy_ = 0, xd_ = 0, yd_ = 0, ll_ = 0, ld_ = 0, mm_ = 0, md_ = 0, zz_ = 0;
   double time_ = 0, loud_ = 0, gain_time_ = 0, late_time_ = 0, proof_time_ = 0;  // s; time_ since the first force
   double unsure_ = 0;                          // s in which what is delivered is not known
   double test_ = 0, tested_ = 0, before_ = 0;  // s since let go and since the last test ended; r^2 when it began
   double usual_ = 0;                           // r^2 of the last 0.3 s
+  double found_ = 0;                           // delay of a force that seems late, s
   double proven_ = 0, idle_ = 0;               // s in which the force acted, in which it seemed to do nothing
   ForceFault suspected_ = ForceFault::none;
   bool changed_ = false, risen_ = false, known_ = false;

@@ -14,6 +14,7 @@
 #include "whirl/control/laws/pid.hpp"
 #include "whirl/control/laws/smc_implicit.hpp"
 #include "whirl/control/laws/sta.hpp"
+#include "whirl/control/laws/state_space.hpp"
 #include "whirl/control/laws/tsmc.hpp"
 #include "whirl/control/laws/tsmc_implicit.hpp"
 
@@ -24,6 +25,6 @@ using AnyLaw = std::variant<LateralLaw<TerminalSmc>, LateralLaw<LinearSmc>, Late
                             LateralLaw<FastTerminalSmc>, LateralLaw<NonsingularFastTerminalSmc>,
                             LateralLaw<ImplicitSmc>, LateralLaw<ImplicitTerminalSmc>, LateralLaw<SuperTwistingSmc>,
                             LateralLaw<AdaptiveSmc>, LateralLaw<BarrierSmc>, LateralLaw<Pd>, LateralLaw<Pid>,
-                            LateralLaw<ModelPredictive>, SynchronousPd, LearnedPolicy>;
+                            LateralLaw<ModelPredictive>, SynchronousPd, LearnedPolicy, StateSpace>;
 
 }  // namespace whirl::control

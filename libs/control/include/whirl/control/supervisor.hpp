@@ -28,7 +28,7 @@ enum SupervisionBit : std::uint32_t {
   kWorseThanOpen = 8192,     ///< the synchronous motion is larger than it would be without control
   kForceLost = 16384,        ///< the rotor does not follow the force of an axis
   kForceReversed = 32768,    ///< it moves against the force of an axis
-  kForceLate = 65536,        ///< the force acts about 8 ms later than designed for
+  kForceLate = 65536,        ///< the force acts some 5 to 19 ms later than designed for
   kForceTested = 131072,     ///< it was let go for 6 to 24 ms, to tell a wrong force from another unbalance
 };
 
@@ -102,9 +102,13 @@ struct Supervision {
 /// - A feedback with half or a quarter of its gain leaves more of what the feedforward misses: while the motion is
 ///   quiet, the feedforward from a fixed eccentricity follows the estimate then, too. Quiet for a second, the law gets
 ///   its gain back, once in a run.
-/// - Where the rotor does not follow the force (ForceCheck) there is nothing left to lower: it trips at once. Where
+/// - Where an actuator is lost or reversed (ForceCheck) there is nothing left to lower: it trips at once. Where
 ///   another unbalance would look the same, the force is let go for 6 to 24 ms first; when it is the unbalance, the
 ///   feedforward follows it and the law goes on.
+/// - A force that is late still acts. Ended at once it would leave the rotor ringing, and the ringing adds to the
+/// motion
+///   at the next critical speed: the law goes off at once, the feedforward is turned ahead by the delay that was found,
+///   and the force fades within a second, then it trips.
 /// - Without readings the feedback fades within 10 ms; it returns with them.
 /// Other steps stay until `reset`, but for those of a lost sensor and of saturation.
 class Supervisor {
@@ -121,6 +125,7 @@ class Supervisor {
   void judge_motion(const SupervisorInput& in) noexcept;
   void judge_force(const SupervisorInput& in) noexcept;
   void step_down(std::uint32_t reason) noexcept;
+  void let_go_late() noexcept;
 
   SupervisorSettings settings_;
   ForceCheck check_;
@@ -131,7 +136,8 @@ class Supervisor {
          sudden_ = 0;             // s
   double calm_ = 0, settle_ = 0;  // s: quiet with less gain; left to the transient of another unbalance
   double gain_ = 1, force_ = 1, blend_ = 0, own_ = 0, sensor_ = 1, held_ = 1;  // as they act
-  int steps_ = 0;  // taken back: 1 adaptation; 2, 3 gain; 4 feedback; 5 force; 6 trip
+  double late_ = 0;  // by which the force was found late, s; 0: it is not
+  int steps_ = 0;    // taken back: 1 adaptation; 2, 3 gain; 4 feedback; 5 force; 6 trip
   bool follow_ = false, returned_ = false;
   std::uint32_t reasons_ = 0;
 };

@@ -48,6 +48,10 @@ struct LawEntry {
   /// Parameters of the exported C where they are not those of the law.
   std::vector<std::pair<ParameterInfo, double>> (*code_parameters)(const ControllerDesign&,
                                                                    const Parameters&) = nullptr;
+  /// Parameters whose number the design itself states, from those that are given.
+  std::vector<ParameterInfo> (*entries)(const Parameters& given) = nullptr;
+  std::vector<std::string> (*remarks)(const Parameters&) = nullptr;  ///< advice that is no error
+  bool own = false;  ///< a law that the user wrote: nothing of it is tuned or compared
 };
 
 /// Everything whirl knows about one estimator: a file of src/estimators.

@@ -11,6 +11,7 @@ namespace whirl::control {
   X(pole, 600)     /* low-pass of all signals, three of them */                                           \
   X(window, 8e-3)  /* of the weighted means */                                                            \
   X(late, 8e-3)    /* delay of the force that is looked for */                                            \
+  X(later, 12e-3)  /* the same, for one that the first probe explains badly */                            \
   X(block, 1e-3)   /* of the memory of the late force */                                                  \
   X(share, 0.7)    /* of `level`: static deflection of a force that is judged */                          \
   X(slow, 0.02)    /* of k1: unbalance acceleration per metre below which the rotor stands */             \
@@ -59,9 +60,15 @@ namespace whirl::control {
   X(full, 5e-3)     /* in which an actuator whose data sheet states no slew reaches its limit */          \
   X(unsure, 15e-3)  /* after saturation or slewing in which nothing is judged, beside the loop delay */
 
+/// Of the supervisor.
+#define WHIRL_SUPERVISOR_NUMBERS(X) X(late_fade, 1) /* in which a force that is late ends */
+
 #define WHIRL_NUMBER(name, value) inline constexpr double name = value;
 namespace force_check {
 WHIRL_FORCE_CHECK_NUMBERS(WHIRL_NUMBER)
+}
+namespace supervision {
+WHIRL_SUPERVISOR_NUMBERS(WHIRL_NUMBER)
 }
 #undef WHIRL_NUMBER
 

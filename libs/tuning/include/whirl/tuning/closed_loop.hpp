@@ -60,9 +60,10 @@ class ClosedLoopPlant {
 
   /// Runs the design. With `log`, every tick is recorded: x_true, y_true, x, y (measured), x_est, y_est,
   /// vx_est, vy_est, ux_requested, uy_requested, ux, uy (acting), s_x, s_y, beta, omega, and x_open, y_open
-  /// of the plant without control. `seed` replaces the seed of the options unless 0. Throws Error for a bad
-  /// design.
-  ClosedLoopMetrics run(const ControllerDesign& design, Recording* log = nullptr, std::uint64_t seed = 0) const;
+  /// of the plant without control. `seed` replaces the seed of the options unless 0; `faults` come to those of the
+  /// options. Throws Error for a bad design.
+  ClosedLoopMetrics run(const ControllerDesign& design, Recording* log = nullptr, std::uint64_t seed = 0,
+                        const std::vector<rig::ScriptedFault>& faults = {}) const;
 
   const rig::SegmentPeaks& open() const { return open_; }
   const rig::RigParameters& rig() const { return rig_; }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "whirl/control/laws/state_space.hpp"
 #include "whirl/control/runout.hpp"
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/identified_model.hpp"
@@ -77,12 +78,19 @@ struct DesignProgress {
   double objective = 0, best = 0;
 };
 
+/// A linear law that the user wrote (read_law): displacement in m and velocity in m/s to force in N.
+struct OwnLaw {
+  control::LinearAxis x, y;
+  double sample_time = 0;  ///< s
+};
+
 struct DesignOptions {
   std::string law = "tsmc";       ///< whirl::laws()
   std::string estimator = "kfe";  ///< whirl::estimators()
   bool feedforward = true;
   Hardware hardware;
   double gain = 0;                      ///< acceleration per newton, 1/kg; 0: the model's
+  std::optional<OwnLaw> own;            ///< of law `state_space`: only the estimator is tuned then
   std::map<std::string, double> fixed;  ///< parameters given by hand: not tuned
   std::optional<control::Runout>
       runout;              ///< slow-roll table to remove; without one, the runout identified with the rotor, if any
