@@ -26,7 +26,7 @@ struct RunOptions {
   bool weight = false;        ///< gravity acts (of a rotor that is not vertical)
   /// The step is halved until the estimate of its error is below this part of the largest deflection.
   double tolerance = 1e-4;
-  SampledForces control;  ///< its period divides the sample time
+  SampledForces control = {};  ///< its period divides the sample time
 };
 
 /// Motion of every station. Step of the integration: collocation at the two Gauss points, order 4, stable for any step
