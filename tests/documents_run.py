@@ -46,6 +46,7 @@ ELSEWHERE = {  # the beginning of a command: where the suite runs it
     "whirl identify rundown.csv --columns t_s DE_acc_g": "SensedRatesE2e",
     "whirl centrifuge": "RotorE2e, examples/18_centrifuge",
     "whirl rotor trend": "RotorE2e",
+    "whirl design model.json --stiffness stiffness.json --law-file": "LawFileE2e",
     "whirl rotor which": "RotorE2e",
     "whirl info r.csv --json >/dev/full": "fails on purpose: OutputE2e",
 }

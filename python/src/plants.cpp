@@ -67,9 +67,11 @@ py::tuple margins(const ControllerDesign& controller, const IdentifiedModel& mod
   options.seed = seed;
   options.threads = threads;
   std::vector<tuning::MarginStudy> studies;
+  std::optional<tuning::DeliveredDelay> delivered;
   {
     const py::gil_scoped_release unlocked;
     studies = tuning::margin_studies(controller, model, design, options);
+    delivered = tuning::delivered_delay(controller, studies, model, design);
   }
   Summary summary;
   tuning::state_parts(identification::Consumer::margins, model, design.hardware, summary);
@@ -79,7 +81,9 @@ py::tuple margins(const ControllerDesign& controller, const IdentifiedModel& mod
     if (!s.plant.empty()) missed->where = "with " + s.plant + ", " + missed->where;
     summary.add(*missed);
   }
-  return py::make_tuple(as_python(pages::to_json(studies)), summary);
+  io::Json json = pages::to_json(studies);
+  if (delivered) json.set("delivered", pages::to_json(*delivered));
+  return py::make_tuple(as_python(json), summary);
 }
 
 py::tuple compare(const IdentifiedModel& model, const Plant& plant, RigParameters rig,

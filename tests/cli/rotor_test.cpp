@@ -266,6 +266,32 @@ TEST(RotorE2e, CriticalsOfTheTwoDiscRotor) {
   EXPECT_GT(first_speed("100"), 1.2 * first_speed("1"));
 }
 
+TEST(RotorE2e, WhatAnUnstableRotorDoesNotDoIsSaid) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rotor new --template levitated --out rotor.toml").exit_code, 0);
+  const Outcome criticals = folder.whirl("rotor criticals rotor.toml --to-rpm 9000");
+  EXPECT_EQ(criticals.exit_code, 2);
+  EXPECT_NE(criticals.err.find("negative stiffness"), std::string::npos) << criticals.err;
+  for (const char* call :
+       {"modes rotor.toml", "campbell rotor.toml --to-rpm 9000", "response rotor.toml --to-rpm 9000"}) {
+    const Outcome outcome = folder.whirl("rotor " + std::string(call));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("falls away"), std::string::npos) << call << outcome.err;
+  }
+  // Damping that turns with the shaft, on bearings that hardly damp.
+  ASSERT_EQ(folder.whirl("rotor new --template jeffcott --out rotor.toml --force").exit_code, 0);
+  EXPECT_EQ(folder.whirl("rotor response rotor.toml --to-rpm 3000").err.find("unstable"), std::string::npos);
+  std::string text = slurp(folder / "rotor.toml");
+  const std::size_t material = text.find("[[material]]");
+  ASSERT_NE(material, std::string::npos);
+  text.insert(material + 13, "damping_time_us = 100\n");
+  folder.write("turning.toml", text);
+  const Outcome response = folder.whirl("rotor response turning.toml --to-rpm 9000 --json");
+  EXPECT_NE(response.err.find("unstable from"), std::string::npos) << response.err;
+  const io::Json document = io::parse_json(response.out, "stdout");
+  EXPECT_GT(io::JsonReader(document, "stdout").at("unstable_from").at("speed").number(), 0);
+}
+
 TEST(RotorE2e, ErrorsNameThePlaceInTheFile) {
   const Folder folder;
   folder.write("rotor.toml", "[[section]]\nlength_mm = 500\nouter_mm = 20\ninner_mm = 30\n");

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "whirl/core/decompositions.hpp"
+#include "whirl/core/error.hpp"
 #include "whirl/shaft/modes.hpp"
 
 namespace whirl::shaft {
@@ -14,7 +15,8 @@ using Complex = std::complex<double>;
 
 namespace {
 
-constexpr int kScanned = 200;  // speeds between which supports that depend on speed are taken as smooth
+constexpr double kRounding = 1e-12;  // of the largest stiffness: a free rotor's is zero
+constexpr int kScanned = 200;        // speeds between which supports that depend on speed are taken as smooth
 
 /// Answers of the eigenproblem with the supports' values at `speed`, ascending.
 std::vector<Critical> criticals_with_supports_at(const System& s, double speed, double ratio) {
@@ -28,7 +30,8 @@ std::vector<Critical> criticals_with_supports_at(const System& s, double speed, 
   inertia.topRightCorner(n, n) -= Complex(0, ratio) * s.gyroscopic;
   inertia.bottomLeftCorner(n, n) += Complex(0, ratio) * s.gyroscopic;
   // v = L^-H u: (L^-1 inertia L^-H) u = (1 / w^2) u. A small shift keeps a free rotor's stiffness definite.
-  const double shift = 1e-12 * e.stiffness.diagonal().cwiseAbs().maxCoeff() / e.mass.diagonal().cwiseAbs().maxCoeff();
+  const double shift =
+      kRounding * e.stiffness.diagonal().cwiseAbs().maxCoeff() / e.mass.diagonal().cwiseAbs().maxCoeff();
   const Eigen::LLT<MatrixXd> cholesky(MatrixXd(e.stiffness + shift * e.mass));
   std::vector<Critical> found;
   if (cholesky.info() != Eigen::Success) return found;
@@ -51,11 +54,23 @@ std::vector<Critical> criticals_with_supports_at(const System& s, double speed, 
 
 }  // namespace
 
+bool returns_to_place(const System& system, double speed) {
+  const Equations<MatrixXd> e = plane_equations(system, speed);
+  const MatrixXd stiffness = (e.stiffness + e.stiffness.transpose()) / 2;
+  const double shift = kRounding * stiffness.diagonal().cwiseAbs().maxCoeff() / e.mass.diagonal().cwiseAbs().maxCoeff();
+  return Eigen::LLT<MatrixXd>(stiffness + shift * (e.mass + e.mass.transpose()) / 2).info() == Eigen::Success;
+}
+
 std::vector<Critical> criticals(const System& s, double highest, double spin_per_whirl) {
   const auto below = [&](std::vector<Critical> list) {
     std::erase_if(list, [&](const Critical& c) { return c.speed > highest; });
     return list;
   };
+  if (!returns_to_place(s, 0))
+    throw Error(
+        "the supports do not bring the rotor back to its place at rest (a negative stiffness): it has no critical "
+        "speeds "
+        "without control; see whirl rotor control");
   if (s.constant()) return below(criticals_with_supports_at(s, 0, spin_per_whirl));
   // The k-th answer w_k(W) with the supports of speed W: critical where w_k(W) = W.
   const auto at = [&](double speed) { return criticals_with_supports_at(s, speed, spin_per_whirl); };

@@ -75,6 +75,7 @@ std::optional<Threshold> stability_threshold(const System& system, double from, 
   double low = from;
   for (int k = 0; k <= steps; ++k) {
     double high = from + (to - from) * k / steps;
+    if (!returns_to_place(system, high)) return Threshold{high, 0, 0};
     Mode m = worst(high);
     if (!unstable(m)) {
       low = high;

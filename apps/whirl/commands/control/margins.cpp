@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <limits>
-
 #include "command.hpp"
 #include "plant_options.hpp"
 #include "whirl/io/model_json.hpp"
@@ -9,19 +6,6 @@
 #include "whirl/report/document.hpp"
 
 namespace whirl::app {
-namespace {
-
-/// Of the loop on every plant, s; 0 where it does not hold.
-double worst_delay(const std::vector<tuning::MarginStudy>& studies) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const tuning::MarginStudy& study : studies) {
-    const tuning::LoopMargins worst = tuning::worst_margins(study.speeds);
-    least = std::min(least, worst.stable ? worst.delay : 0);
-  }
-  return least;
-}
-
-}  // namespace
 
 void add_margins(CommandLine& app, Session& session) {
   struct Options {
@@ -59,9 +43,7 @@ void add_margins(CommandLine& app, Session& session) {
         const ControllerDesign design = io::load<ControllerDesign>(o->controller);
         std::vector<tuning::MarginStudy> studies = tuning::margin_studies(design, model, d, o->margins);
         for (const tuning::MarginStudy& s : studies) session.say(report::to_text(pages::margins_table(s, design)));
-        const double loop = worst_delay(studies);
-        std::optional<tuning::DeliveredDelay> delivered;
-        if (loop > 0) delivered = tuning::delivered_delay(design, loop, model, d);
+        const std::optional<tuning::DeliveredDelay> delivered = tuning::delivered_delay(design, studies, model, d);
         if (delivered) session.say(pages::delivered_text(*delivered));
         const Provenance from = io::provenance(inputs, session.command_line, o->margins.seed);
         Summary summary;

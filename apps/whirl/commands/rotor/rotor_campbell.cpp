@@ -77,7 +77,10 @@ void rotor_campbell(const RotorCampbellOptions& o, Session& session) {
   std::vector<double> speeds;
   for (int k = 0; k < o.points; ++k) speeds.push_back(o.to_rpm * kRadPerSecPerRpm * k / (o.points - 1));
   const std::vector<shaft::CampbellPoint> points = shaft::campbell(loaded.system, speeds, o.count);
-  const std::vector<shaft::Critical> criticals = shaft::criticals(loaded.system, speeds.back());
+  Summary summary;
+  const auto threshold = warn_if_unstable(loaded.system, 1e-3 * speeds.back(), speeds.back(), summary);
+  std::vector<shaft::Critical> criticals;  // marks of the figure
+  if (shaft::returns_to_place(loaded.system, 0)) criticals = shaft::criticals(loaded.system, speeds.back());
   const Eigen::VectorXd speed = Eigen::Map<const Eigen::VectorXd>(speeds.data(), o.points);
   const std::vector<CampbellLine> lines = campbell_lines(points, o.count);
   report::Table table;
@@ -92,7 +95,7 @@ void rotor_campbell(const RotorCampbellOptions& o, Session& session) {
     table.add(std::move(row));
   }
   session.say(report::to_text(table));
-  session.result(shaft::campbell_json(points));
+  session.result(shaft::campbell_json(points).set("unstable_from", shaft::threshold_json(threshold)));
   session.write_together();
   if (!o.out.empty()) {
     io::Table file;
@@ -106,6 +109,7 @@ void rotor_campbell(const RotorCampbellOptions& o, Session& session) {
     io::write_csv(o.out, file, csv);
   }
   if (!o.figure.empty()) report::write_figure(campbell_figure(speed, lines, criticals, o.rotor), o.figure);
+  session.finish(summary);
 }
 
 }  // namespace

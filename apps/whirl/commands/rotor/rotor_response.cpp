@@ -64,7 +64,9 @@ void rotor_response(const RotorResponseOptions& o, Session& session) {
                  report::format_number(1e6 * p.amplitude, 4), report::format_number(p.amplification, 3)});
   }
   session.say(table.rows.empty() ? "no resonance in this range" : report::to_text(table));
-  session.result(shaft::response_json(readings));
+  Summary summary;
+  const auto threshold = warn_if_unstable(loaded.system, speeds.front(), speeds.back(), summary);
+  session.result(shaft::response_json(readings).set("unstable_from", shaft::threshold_json(threshold)));
   session.write_together();
   if (!o.out.empty()) {
     io::Table file;
@@ -81,6 +83,7 @@ void rotor_response(const RotorResponseOptions& o, Session& session) {
     io::write_csv(o.out, file, csv);
   }
   if (!o.figure.empty()) report::write_figure(response_figure(speed, curves, o.rotor), o.figure);
+  session.finish(summary);
 }
 
 }  // namespace

@@ -20,6 +20,10 @@ Json critical_json(double speed, double frequency, double direction) {
 
 }  // namespace
 
+Json threshold_json(const std::optional<Threshold>& threshold) {
+  return threshold ? critical_json(threshold->speed, threshold->frequency, threshold->direction) : Json();
+}
+
 Json modes_json(const System& system, double speed, const std::vector<Mode>& modes, const Sag& sag,
                 const MeshCheck& mesh) {
   Json list = Json::array();
@@ -63,8 +67,7 @@ Json criticals_json(const std::vector<Critical>& criticals, double spin_per_whir
                       .set("spin_per_whirl", spin_per_whirl)
                       .set("highest", highest)
                       .set("criticals", std::move(list));
-  document.set("unstable_from",
-               threshold ? critical_json(threshold->speed, threshold->frequency, threshold->direction) : Json());
+  document.set("unstable_from", threshold_json(threshold));
   return document;
 }
 

@@ -72,13 +72,19 @@ DeliveredDelay delivered_delay(const ControllerDesign& delivered, double stabili
   return {most, most < stability ? DelayLimit::none : DelayLimit::stability};
 }
 
-DeliveredDelay delivered_delay(const ControllerDesign& design, double stability, const IdentifiedModel& model,
-                               const DesignOptions& plant) {
+std::optional<DeliveredDelay> delivered_delay(const ControllerDesign& design, const std::vector<MarginStudy>& studies,
+                                              const IdentifiedModel& model, const DesignOptions& plant) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const MarginStudy& study : studies) {
+    const LoopMargins worst = worst_margins(study.speeds);
+    least = std::min(least, worst.stable ? worst.delay : 0);
+  }
+  if (!(least > 0)) return std::nullopt;
   RotorModel rotor = *model.rotor;
   if (plant.gain > 0) rotor.gain = plant.gain;
   if (!(rotor.gain > 0)) rotor.gain = design.model.gain;
   const Hardware hardware = tuning_hardware(design, with_forces(plant.hardware, model));
-  return delivered_delay(design, stability, rotor, hardware, plant.seed + 1000, plant.threads);
+  return delivered_delay(design, least, rotor, hardware, plant.seed + 1000, plant.threads);
 }
 
 }  // namespace whirl::tuning

@@ -33,6 +33,10 @@ struct CampbellPoint {
 /// Modes over speed; lines are continued by their shapes, through crossings.
 std::vector<CampbellPoint> campbell(const System& system, const std::vector<double>& speeds, int count);
 
+/// Whether the stiffness at a speed brings the rotor back to its place. With a negative stiffness of magnets it may not:
+/// the rotor then falls away without oscillating, which no frequency shows.
+bool returns_to_place(const System& system, double speed);
+
 struct Critical {
   double speed = 0;      ///< of the shaft, rad/s
   double frequency = 0;  ///< of the whirl, rad/s
@@ -41,11 +45,12 @@ struct Critical {
 /// Speeds at which an undamped mode whirls with `spin_per_whirl` = speed / frequency, ascending: 1 for unbalance, 1/2
 /// for an excitation twice a turn. Directly, without a Campbell diagram: K v = w^2 (M - i s G) v, a Hermitian
 /// eigenproblem; with supports that depend on speed solved again at its own answers. Skew parts of stiffness
-/// (kxy != kyx), all damping and speeds above `highest` are left out.
+/// (kxy != kyx), all damping and speeds above `highest` are left out. Throws Error for a rotor that does not return to
+/// its place at rest.
 std::vector<Critical> criticals(const System& system, double highest, double spin_per_whirl = 1);
 
 /// The lowest speed in [from, to] above which a mode grows, with that mode's frequency; nothing when all are stable.
-/// Modes are looked at at `steps` speeds, the crossing is found by bisection.
+/// Modes are looked at at `steps` speeds, the crossing is found by bisection. Frequency 0: it falls away.
 struct Threshold {
   double speed = 0;      ///< rad/s
   double frequency = 0;  ///< rad/s

@@ -22,6 +22,8 @@ struct Reading {
 /// Documents of docs/formats.md.
 io::Json modes_json(const System& system, double speed, const std::vector<Mode>& modes, const Sag& sag,
                     const MeshCheck& mesh);
+/// Speed, frequency and direction; null for none.
+io::Json threshold_json(const std::optional<Threshold>& threshold);
 io::Json campbell_json(const std::vector<CampbellPoint>& points);
 io::Json criticals_json(const std::vector<Critical>& criticals, double spin_per_whirl,
                         const std::optional<Threshold>& threshold, double highest);

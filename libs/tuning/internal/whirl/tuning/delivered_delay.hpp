@@ -1,8 +1,11 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string_view>
+#include <vector>
 
 #include "whirl/tuning/design.hpp"
+#include "whirl/tuning/loop_margins.hpp"
 
 namespace whirl::tuning {
 
@@ -27,9 +30,10 @@ struct DeliveredDelay {
 DeliveredDelay delivered_delay(const ControllerDesign& delivered, double stability, const RotorModel& model,
                                const Hardware& hardware, std::uint64_t seed, int threads);
 
-/// The same for a finished design on a model, as `design` states it.
-DeliveredDelay delivered_delay(const ControllerDesign& design, double stability, const IdentifiedModel& model,
-                               const DesignOptions& plant);
+/// The same for a finished design on a model, as `design` states it, up to the least delay of the loop of all studies.
+/// Nothing where one of them does not hold.
+std::optional<DeliveredDelay> delivered_delay(const ControllerDesign& design, const std::vector<MarginStudy>& studies,
+                                              const IdentifiedModel& model, const DesignOptions& plant);
 
 /// The delay that `design` states: at most 12 samples are tried.
 double stated_delay(double stability, double sample_time);
