@@ -27,10 +27,13 @@ struct PythonRotor {
       : job(shaft::parse_rotor_job(text, name)), system(shaft::assemble(job.rotor)), source(name) {}
 };
 
-py::object modes(const PythonRotor& r, double speed, int count) {
+py::tuple modes(const PythonRotor& r, double speed, int count) {
   const std::vector<shaft::Mode> found = shaft::modes(r.system, speed, count);
-  return as_python(shaft::modes_json(r.system, speed, found, shaft::static_sag(r.system),
-                                     shaft::check_mesh(r.job.rotor, speed, count)));
+  Summary summary;
+  if (!shaft::returns_to_place(r.system, speed)) pages::warn_if_unstable(r.system, speed, speed, summary);
+  return py::make_tuple(as_python(shaft::modes_json(r.system, speed, found, shaft::static_sag(r.system),
+                                                    shaft::check_mesh(r.job.rotor, speed, count))),
+                        summary);
 }
 
 py::object criticals(const PythonRotor& r, double highest, double order) {
@@ -39,11 +42,15 @@ py::object criticals(const PythonRotor& r, double highest, double order) {
       shaft::criticals_json(found, 1 / order, shaft::stability_threshold(r.system, highest / 1000, highest), highest));
 }
 
-py::object campbell(const PythonRotor& r, const Speeds& speeds, int count) {
-  return as_python(shaft::campbell_json(shaft::campbell(r.system, speeds, count)));
+py::tuple campbell(const PythonRotor& r, const Speeds& speeds, int count) {
+  io::Json document = shaft::campbell_json(shaft::campbell(r.system, speeds, count));
+  Summary summary;
+  const auto threshold = pages::warn_if_unstable(r.system, 1e-3 * speeds.back(), speeds.back(), summary);
+  document.set("unstable_from", shaft::threshold_json(threshold));
+  return py::make_tuple(as_python(document), summary);
 }
 
-/// The document, and of each place its name, amplitude and phase.
+/// The document, of each place its name, amplitude and phase, and the summary.
 py::tuple response(const PythonRotor& r, const Speeds& speeds) {
   if (r.system.unbalance.norm() == 0 && r.system.bow.norm() == 0)
     throw Error(r.source + ": no [[unbalance]] and no [[bow]]: nothing moves the rotor");
@@ -54,7 +61,10 @@ py::tuple response(const PythonRotor& r, const Speeds& speeds) {
     readings.push_back({c.name, c.position, c.angle, shaft::peaks(found.speeds, c.amplitude)});
     curves.append(py::make_tuple(c.name, c.amplitude, c.phase));
   }
-  return py::make_tuple(as_python(shaft::response_json(readings)), found.speeds, curves);
+  Summary summary;
+  const auto threshold = pages::warn_if_unstable(r.system, speeds.front(), speeds.back(), summary);
+  const io::Json document = shaft::response_json(readings).set("unstable_from", shaft::threshold_json(threshold));
+  return py::make_tuple(as_python(document), found.speeds, curves, summary);
 }
 
 py::tuple simulate(const PythonRotor& r, double from, double to, double seconds, double rate_hz, bool full, int modes,

@@ -1,8 +1,12 @@
 #include "whirl/pages/rotor_curves.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "whirl/core/angles.hpp"
 
 namespace whirl::pages {
 
@@ -87,6 +91,18 @@ shaft::Response refined_response(const shaft::Rotor& rotor, const shaft::System&
     r = joined(r, shaft::unbalance_response(system, middles));
   }
   return r;
+}
+
+std::optional<shaft::Threshold> warn_if_unstable(const shaft::System& system, double from, double to,
+                                                 Summary& summary) {
+  const auto threshold = shaft::stability_threshold(system, from, to);
+  if (threshold && threshold->frequency == 0)
+    summary.warn(
+        "the rotor falls away from its place: a support has a negative stiffness, and without control it is unstable");
+  else if (threshold)
+    summary.warn(fmt::format("unstable from {:.5g} rpm: no rotor stays in this motion there",
+                             threshold->speed * kRpmPerRadPerSec));
+  return threshold;
 }
 
 }  // namespace whirl::pages

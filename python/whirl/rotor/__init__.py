@@ -72,7 +72,8 @@ class Rotor:
 
     def modes(self, speed_rpm=0.0, count=8):
         """Modes at a speed with damping and whirl direction."""
-        return RotorModes(_whirl.Summary(), self._rotor.modes(_RPM * speed_rpm, count))
+        document, summary = self._rotor.modes(_RPM * speed_rpm, count)
+        return RotorModes(summary, document)
 
     def criticals(self, to_rpm, order=1.0):
         """Critical speeds of an excitation `order` times a turn, and the speed from which the rotor is unstable."""
@@ -80,13 +81,14 @@ class Rotor:
 
     def campbell(self, to_rpm, points=50, count=8):
         """Whirl frequencies over speed."""
-        return Campbell(_whirl.Summary(), self._rotor.campbell(list(_RPM * np.linspace(0, to_rpm, points)), count))
+        document, summary = self._rotor.campbell(list(_RPM * np.linspace(0, to_rpm, points)), count)
+        return Campbell(summary, document)
 
     def response(self, to_rpm, from_rpm=60.0, points=400):
         """Unbalance response of every probe; of the major axis at each disc where the file has no probe. Around peaks more
         speeds than `points` are taken."""
-        document, speeds, curves = self._rotor.response(list(_RPM * np.linspace(from_rpm, to_rpm, points)))
-        return RotorResponse(_whirl.Summary(), document, np.array(speeds), {name: (a, phase) for name, a, phase in curves})
+        document, speeds, curves, summary = self._rotor.response(list(_RPM * np.linspace(from_rpm, to_rpm, points)))
+        return RotorResponse(summary, document, np.array(speeds), {name: (a, phase) for name, a, phase in curves})
 
     def run(self, from_rpm, to_rpm, seconds, *, rate_hz=1000.0, full=False, modes=8, weight=False, noise_db=None, seed=1):
         """A simulated run-up or run-down as a Recording: probes (or discs), accelerometers, beta. `noise_db`: rms of a channel

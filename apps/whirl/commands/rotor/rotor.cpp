@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "whirl/core/angles.hpp"
 #include "whirl/io/file.hpp"
 
 namespace whirl::app {
@@ -37,18 +36,6 @@ LoadedRotor load_rotor(const std::string& file) {
   LoadedRotor loaded{shaft::read_rotor(file), {}};
   loaded.system = shaft::assemble(loaded.rotor);
   return loaded;
-}
-
-std::optional<shaft::Threshold> warn_if_unstable(const shaft::System& system, double from, double to,
-                                                 Summary& summary) {
-  const auto threshold = shaft::stability_threshold(system, from, to);
-  if (threshold && threshold->frequency == 0)
-    summary.warn(
-        "the rotor falls away from its place: a support has a negative stiffness, and without control it is unstable");
-  else if (threshold)
-    summary.warn(fmt::format("unstable from {:.5g} rpm: no rotor stays in this motion there",
-                             threshold->speed * kRpmPerRadPerSec));
-  return threshold;
 }
 
 std::string whirl_word(double direction) {

@@ -1,10 +1,8 @@
 #pragma once
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "command.hpp"
-#include "whirl/shaft/modes.hpp"
 #include "whirl/shaft/rotor_file.hpp"
 #include "whirl/shaft/system.hpp"
 
@@ -31,9 +29,6 @@ struct LoadedRotor {
   shaft::System system;
 };
 LoadedRotor load_rotor(const std::string& file);
-
-/// Warns where the rotor is unstable at a speed of [from, to], rad/s: what is printed there no rotor reaches.
-std::optional<shaft::Threshold> warn_if_unstable(const shaft::System& system, double from, double to, Summary& summary);
 
 /// "forward", "backward", or "mixed" where neither has 9 tenths of the motion.
 std::string whirl_word(double direction);

@@ -3,6 +3,7 @@
 #include "rotor.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/pages/rotor_curves.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/report/units.hpp"
@@ -78,7 +79,7 @@ void rotor_campbell(const RotorCampbellOptions& o, Session& session) {
   for (int k = 0; k < o.points; ++k) speeds.push_back(o.to_rpm * kRadPerSecPerRpm * k / (o.points - 1));
   const std::vector<shaft::CampbellPoint> points = shaft::campbell(loaded.system, speeds, o.count);
   Summary summary;
-  const auto threshold = warn_if_unstable(loaded.system, 1e-3 * speeds.back(), speeds.back(), summary);
+  const auto threshold = pages::warn_if_unstable(loaded.system, 1e-3 * speeds.back(), speeds.back(), summary);
   std::vector<shaft::Critical> criticals;  // marks of the figure
   if (shaft::returns_to_place(loaded.system, 0)) criticals = shaft::criticals(loaded.system, speeds.back());
   const Eigen::VectorXd speed = Eigen::Map<const Eigen::VectorXd>(speeds.data(), o.points);

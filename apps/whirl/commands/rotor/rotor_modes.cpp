@@ -5,6 +5,7 @@
 #include "rotor.hpp"
 #include "rotor_drawing.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/pages/rotor_curves.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/report/write_figure.hpp"
@@ -66,7 +67,7 @@ void rotor_modes(const RotorModesOptions& o, Session& session) {
   table.columns = {{"mode", ""},     {"frequency", "Hz"}, {"frequency", "rpm"},
                    {"damping", "%"}, {"whirl", ""},       {"mesh error", "%"}};
   Summary summary;
-  if (!shaft::returns_to_place(loaded.system, speed)) warn_if_unstable(loaded.system, speed, speed, summary);
+  if (!shaft::returns_to_place(loaded.system, speed)) pages::warn_if_unstable(loaded.system, speed, speed, summary);
   for (std::size_t k = 0; k < modes.size(); ++k) {
     const shaft::Mode& m = modes[k];
     table.add({std::to_string(k + 1), report::format_fixed(m.frequency() / kTwoPi, 3),

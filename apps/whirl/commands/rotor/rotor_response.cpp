@@ -5,6 +5,7 @@
 #include "rotor.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/pages/rotor_curves.hpp"
 #include "whirl/pages/rotor_runs.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
@@ -65,7 +66,7 @@ void rotor_response(const RotorResponseOptions& o, Session& session) {
   }
   session.say(table.rows.empty() ? "no resonance in this range" : report::to_text(table));
   Summary summary;
-  const auto threshold = warn_if_unstable(loaded.system, speeds.front(), speeds.back(), summary);
+  const auto threshold = pages::warn_if_unstable(loaded.system, speeds.front(), speeds.back(), summary);
   session.result(shaft::response_json(readings).set("unstable_from", shaft::threshold_json(threshold)));
   session.write_together();
   if (!o.out.empty()) {

@@ -1,8 +1,11 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "whirl/core/summary.hpp"
+#include "whirl/shaft/modes.hpp"
 #include "whirl/shaft/response.hpp"
 #include "whirl/shaft/rotor.hpp"
 #include "whirl/shaft/system.hpp"
@@ -30,5 +33,8 @@ std::vector<PlaceCurve> place_curves(const shaft::Rotor& rotor, const shaft::Sys
 /// The unbalance response at `speeds` and, around every peak of a place, at speeds between them until the peak is known
 /// to 0.2 %: a lightly damped resonance is narrower than any grid.
 shaft::Response refined_response(const shaft::Rotor& rotor, const shaft::System& system, std::vector<double> speeds);
+
+/// Warns where the rotor is unstable at a speed of [from, to], rad/s: what is printed there no rotor reaches.
+std::optional<shaft::Threshold> warn_if_unstable(const shaft::System& system, double from, double to, Summary& summary);
 
 }  // namespace whirl::pages
