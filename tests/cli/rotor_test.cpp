@@ -196,7 +196,7 @@ TEST(RotorE2e, WhichTellsTheRotorThatIsOnTheMachine) {
                                  "\n[[disc]]\nname = \"extra\"\nposition_mm = 700\nmass_kg = 8\n"
                                  "transverse_kgm2 = 0.05\npolar_kgm2 = 0.1\n" +
                                  fit);
-  ASSERT_EQ(folder.whirl("rotor run machine.toml --from-rpm 300 --to-rpm 3500 --seconds 20 --noise-db 30 --out run.csv")
+  ASSERT_EQ(folder.whirl("rotor run machine.toml --from-rpm 300 --to-rpm 3500 --seconds 8 --noise-db 30 --out run.csv")
                 .exit_code,
             0);
   const Outcome found = folder.whirl("rotor which run.csv other.toml right.toml --json --quiet");
@@ -205,8 +205,8 @@ TEST(RotorE2e, WhichTellsTheRotorThatIsOnTheMachine) {
   const auto candidates = io::JsonReader(document, "stdout").at("candidates").items();
   EXPECT_FALSE(candidates[0].at("possible").flag()) << found.out;
   EXPECT_TRUE(candidates[1].at("possible").flag()) << found.out;
-  // The acceleration of 3200 rpm in 20 s by the inertia of the file, and by twice it.
-  const double torque = candidates[1].at("inertia").number() * 3200 * M_PI / 30 / 20;
+  // The acceleration of 3200 rpm in 8 s by the inertia of the file, and by twice it.
+  const double torque = candidates[1].at("inertia").number() * 3200 * M_PI / 30 / 8;
   for (const double part : {1.0, 2.0}) {
     const Outcome with = folder.whirl(
         fmt::format("rotor which run.csv other.toml right.toml --torque-nm {} --json --quiet", part * torque));

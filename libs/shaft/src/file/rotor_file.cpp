@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "centrifuge/centrifuge_file.hpp"
 #include "fit/fit_file.hpp"

@@ -20,6 +20,7 @@ namespace {
 constexpr double kFalseMinimum = 1.5;
 constexpr double kStartFactorStiffness = 2, kStartFactorDamping = 4;  // further starts lie within these of the file's
 constexpr int kTryIterations = 15;
+constexpr double kWorth = 0.05;            // a descent that takes less of a misfit is not gone on with
 constexpr int kPasses = 12, kSettled = 2;  // descents about the values found at most; steps of one that moves nothing
 constexpr double kHeld = 1e-3;             // prior of an unknown that does not move, in its units
 
@@ -120,10 +121,14 @@ class RotorFitter {
       renew_noise(problem);
       problem.set_model(model_at(point_.t));
       problem.linearise(point_, sum_);
+      const double before = sum_.cost;
       const DescentReport report = descend(problem, point_, sum_, options_.max_iterations);
       result_.iterations += report.iterations;
       settled_ =
           report.end != Descent::exhausted && (report.end != Descent::converged || report.iterations <= kSettled);
+      // What no way explains is contradicted wherever its valley ends.
+      const bool contradicted = sum_.cost > kFalseMinimum * static_cast<double>(problem.equations());
+      if (contradicted && before - sum_.cost < kWorth * before) break;
     }
     problem.linearise(point_, sum_);
   }
@@ -192,7 +197,7 @@ class RotorFitter {
     if (!settled_) {
       const auto steps = static_cast<double>(result_.iterations);
       s.add({FindingCode::work_limit, Consequence::no_trust, {{"steps", steps}}, "the rotor"});
-      s.trust = trust_text(s.findings.back());
+      if (m.explained) s.trust = trust_text(s.findings.back());
     }
     std::string open;
     for (const FitUnknown& u : result_.unknowns)
