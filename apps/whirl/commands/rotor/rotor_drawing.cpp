@@ -9,7 +9,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr int kShaft = 7, kDisc = 0, kSupport = 1, kBody = 2, kProbe = 3, kUnbalance = 4;
+constexpr int kShaft = 7, kDisc = 0, kSupport = 1, kBody = 2, kProbe = 3, kUnbalance = 4, kActuator = 5;
 
 /// Outer radius of the shaft at a position.
 double shaft_radius(const shaft::Rotor& rotor, double position) {
@@ -87,6 +87,12 @@ void draw_rotor(report::Figure& figure, const shaft::Rotor& rotor) {
   for (const shaft::Probe& p : rotor.probes)
     z.push_back(p.position), r.push_back(shaft_radius(rotor, p.position) + 0.02 * length);
   points("probe", z, r, {.color = kProbe, .mark = report::Mark::cross});
+  z.clear(), r.clear();
+  for (const shaft::Actuator& a : rotor.actuators) {
+    z.push_back(a.a.position);
+    r.push_back(a.a.part == "shaft" ? shaft_radius(rotor, a.a.position) + 0.05 * length : 0.1 * length);
+  }
+  points("actuator", z, r, {.color = kActuator, .mark = report::Mark::diamond});
   panel.y.high = 1.25 * std::max(largest, 0.1 * length);
   panel.y.low = -panel.y.high;
   panel.equal_aspect = true;
