@@ -50,7 +50,8 @@ void say_design(const shaft::ControlDesign& d, Session& session) {
 }
 
 void rotor_control(const RotorControlOptions& o, Session& session) {
-  if (!(o.to_rpm > o.from_rpm)) throw Error::in_field("--to-rpm", fmt::format("{:g}", o.to_rpm), "above --from-rpm");
+  if (!(o.to_rpm >= o.from_rpm))
+    throw Error::in_field("--to-rpm", fmt::format("{:g}", o.to_rpm), "at or above --from-rpm");
   const shaft::Rotor rotor = shaft::read_rotor(o.rotor);
   shaft::ControlOptions options;
   options.from = o.from_rpm * kRadPerSecPerRpm;
