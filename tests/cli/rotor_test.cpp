@@ -266,6 +266,32 @@ TEST(RotorE2e, CriticalsOfTheTwoDiscRotor) {
   EXPECT_GT(first_speed("100"), 1.2 * first_speed("1"));
 }
 
+/// The records are those of another shaft: what the fit says against the rotor, its consumers read in the file.
+TEST(RotorE2e, ADistrustedRotorGetsNoController) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rotor new --template levitated --out rotor.toml").exit_code, 0);
+  const std::string text = slurp(folder / "rotor.toml");
+  folder.write("distrusted.toml", text.substr(0, text.find("[rotor]") + 8) + "not_trusted = \"model_error\"\n" +
+                                      text.substr(text.find("[rotor]") + 8));
+  const std::string to = " --from-rpm 1000 --to-rpm 1000 --points 2 --modes 3 --out ";
+  const Outcome refused = folder.whirl("rotor control distrusted.toml" + to + "no.json");
+  EXPECT_EQ(refused.exit_code, 1) << refused.err;
+  EXPECT_NE(refused.err.find("not to be trusted"), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "no.json"));
+  EXPECT_EQ(folder.whirl("rotor control rotor.toml" + to + "yes.json").exit_code, 0);
+  const Outcome modes = folder.whirl("rotor modes distrusted.toml");
+  EXPECT_NE(modes.err.find("not to be trusted"), std::string::npos) << modes.err;
+  // As a fit writes it.
+  ASSERT_EQ(folder.whirl("rotor new --template two-disc --out drawing.toml").exit_code, 0);
+  folder.write("machine.toml",
+               slurp(folder / "drawing.toml") +
+                   "\n[[disc]]\nposition_mm = 700\nmass_kg = 8\ntransverse_kgm2 = 0.05\npolar_kgm2 = 0.1\n");
+  ASSERT_EQ(folder.whirl("rotor run machine.toml --from-rpm 300 --to-rpm 3500 --seconds 8 --out up.csv").exit_code, 0);
+  folder.write("fit.toml", slurp(folder / "drawing.toml") + "\n[fit]\nmaterial_damping = false\n");
+  folder.whirl("rotor fit fit.toml up.csv --restarts 0 --out fitted.toml");
+  EXPECT_NE(slurp(folder / "fitted.toml").find("not_trusted = \"model_error\""), std::string::npos);
+}
+
 TEST(RotorE2e, WhatAnUnstableRotorDoesNotDoIsSaid) {
   const Folder folder;
   ASSERT_EQ(folder.whirl("rotor new --template levitated --out rotor.toml").exit_code, 0);

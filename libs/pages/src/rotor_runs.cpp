@@ -108,7 +108,7 @@ void run_with(const shaft::Rotor& rotor, const shaft::System& system, const Simu
   const auto& gains = o.controller->gains;
   if (low < gains.front().speed * (1 - 1e-9) || high > gains.back().speed * (1 + 1e-9))
     out.summary.warn("the run leaves the speeds that the controller was designed for: beyond them its gains are held");
-  out.unstable = shaft::unstable_from(rotor, system, low, high);
+  if (const auto threshold = shaft::stability_threshold(system, low, high)) out.unstable = threshold->speed;
   std::vector<Index> nodes;
   for (const shaft::Probe& p : rotor.probes) nodes.push_back(system.node_at(p.position));
   for (const shaft::Disc& d : rotor.discs) nodes.push_back(system.node_at(d.position));

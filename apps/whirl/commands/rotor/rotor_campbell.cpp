@@ -8,6 +8,7 @@
 #include "whirl/report/table.hpp"
 #include "whirl/report/units.hpp"
 #include "whirl/report/write_figure.hpp"
+#include "whirl/shaft/distrust.hpp"
 #include "whirl/shaft/modes.hpp"
 #include "whirl/shaft/rotor_json.hpp"
 
@@ -79,6 +80,7 @@ void rotor_campbell(const RotorCampbellOptions& o, Session& session) {
   for (int k = 0; k < o.points; ++k) speeds.push_back(o.to_rpm * kRadPerSecPerRpm * k / (o.points - 1));
   const std::vector<shaft::CampbellPoint> points = shaft::campbell(loaded.system, speeds, o.count);
   Summary summary;
+  shaft::carry_distrust(loaded.rotor, Consequence::no_trust, summary);
   const auto threshold = pages::warn_if_unstable(loaded.system, 1e-3 * speeds.back(), speeds.back(), summary);
   std::vector<shaft::Critical> criticals;  // marks of the figure
   if (shaft::returns_to_place(loaded.system, 0)) criticals = shaft::criticals(loaded.system, speeds.back());

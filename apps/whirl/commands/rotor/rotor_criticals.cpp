@@ -9,6 +9,7 @@
 #include "whirl/report/table.hpp"
 #include "whirl/report/units.hpp"
 #include "whirl/report/write_figure.hpp"
+#include "whirl/shaft/distrust.hpp"
 #include "whirl/shaft/modes.hpp"
 #include "whirl/shaft/reduction.hpp"
 #include "whirl/shaft/rotor_json.hpp"
@@ -70,8 +71,11 @@ void rotor_criticals(const RotorCriticalsOptions& o, Session& session) {
                                       threshold->speed / kRadPerSecPerRpm, whirl_word(threshold->direction),
                                       threshold->frequency / kTwoPi)
                         : fmt::format("stable             up to {:g} rpm", o.to_rpm));
+  Summary summary;
+  shaft::carry_distrust(loaded.rotor, Consequence::no_trust, summary);
   session.result(shaft::criticals_json(found, 1 / o.order, threshold, highest));
   if (!o.figure.empty()) report::write_figure(critical_map(loaded.rotor, highest, 1 / o.order, o.rotor), o.figure);
+  session.finish(summary);
 }
 
 }  // namespace

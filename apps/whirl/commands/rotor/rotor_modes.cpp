@@ -9,6 +9,7 @@
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/report/write_figure.hpp"
+#include "whirl/shaft/distrust.hpp"
 #include "whirl/shaft/modes.hpp"
 #include "whirl/shaft/response.hpp"
 #include "whirl/shaft/rotor_json.hpp"
@@ -67,6 +68,7 @@ void rotor_modes(const RotorModesOptions& o, Session& session) {
   table.columns = {{"mode", ""},     {"frequency", "Hz"}, {"frequency", "rpm"},
                    {"damping", "%"}, {"whirl", ""},       {"mesh error", "%"}};
   Summary summary;
+  shaft::carry_distrust(loaded.rotor, Consequence::no_trust, summary);
   if (!shaft::returns_to_place(loaded.system, speed)) pages::warn_if_unstable(loaded.system, speed, speed, summary);
   for (std::size_t k = 0; k < modes.size(); ++k) {
     const shaft::Mode& m = modes[k];

@@ -11,6 +11,7 @@
 #include "whirl/report/table.hpp"
 #include "whirl/report/units.hpp"
 #include "whirl/report/write_figure.hpp"
+#include "whirl/shaft/distrust.hpp"
 #include "whirl/shaft/response.hpp"
 #include "whirl/shaft/rotor_json.hpp"
 
@@ -66,6 +67,7 @@ void rotor_response(const RotorResponseOptions& o, Session& session) {
   }
   session.say(table.rows.empty() ? "no resonance in this range" : report::to_text(table));
   Summary summary;
+  shaft::carry_distrust(loaded.rotor, Consequence::no_trust, summary);
   const auto threshold = pages::warn_if_unstable(loaded.system, speeds.front(), speeds.back(), summary);
   session.result(shaft::response_json(readings).set("unstable_from", shaft::threshold_json(threshold)));
   session.write_together();

@@ -10,6 +10,7 @@
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/shaft/distrust.hpp"
 
 namespace whirl::shaft {
 
@@ -216,7 +217,9 @@ std::vector<ControlRefusal> refusals(const Rotor& rotor, const ControlOptions& o
   return refused;
 }
 
-void judge(const RotorController& c, const ControlOptions& o, ControlDesign& d) {
+void judge(const Rotor& rotor, const ControlOptions& o, ControlDesign& d) {
+  const RotorController& c = d.controller;
+  carry_distrust(rotor, Consequence::unusable, d.summary);
   for (const ControlRefusal& r : d.refused)
     d.summary.add({FindingCode::requirement_missed,
                    Consequence::unusable,
@@ -264,7 +267,7 @@ ControlDesign check_rotor_control(const Rotor& rotor, const RotorController& con
   d.controller = controller;
   look(o, Designer(rotor, o), d);
   d.refused = refusals(rotor, o, controller);
-  judge(controller, o, d);
+  judge(rotor, o, d);
   return d;
 }
 
@@ -297,7 +300,7 @@ ControlDesign design_rotor_control(const Rotor& rotor, const ControlOptions& o) 
     if (allowed) break;
   }
   look(o, designer, best);
-  judge(best.controller, o, best);
+  judge(rotor, o, best);
   return best;
 }
 

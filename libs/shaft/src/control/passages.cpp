@@ -70,17 +70,6 @@ SampledForces sampled_forces(const Rotor& rotor, const System& system, const Rot
   return forces;
 }
 
-std::optional<double> unstable_from(const Rotor& rotor, const System& system, double from, double to) {
-  constexpr int kModes = 8, kSpeeds = 40;
-  const PlantFamily plants(rotor, system, kModes);
-  for (int k = 0; k <= kSpeeds; ++k) {
-    const double speed = from + (to - from) * k / kSpeeds;
-    const Eigen::VectorXcd poles = plants.poles(speed);
-    if (poles.real().maxCoeff() > 1e-9 * poles.cwiseAbs().maxCoeff()) return speed;
-  }
-  return std::nullopt;
-}
-
 std::vector<ControlledPassage> passages(const System& system, const RotorRun* open, const RotorRun& closed,
                                         const std::vector<Index>& nodes) {
   System held = system;

@@ -38,6 +38,7 @@ class RotorReader {
   RotorJob read() {
     rotor_.name = s_.text("rotor.name", "");
     rotor_.vertical = s_.flag("rotor.vertical", false);
+    rotor_.not_trusted = s_.text("rotor.not_trusted", "", {"model_error", "work_limit"});
     rotor_.element = s_.text("rotor.element", "internal-node", {"internal-node", "usual"}) == "usual"
                          ? ElementKind::usual
                          : ElementKind::internal_node;

@@ -66,6 +66,7 @@ class RotorText {
     out_ = "[rotor]\n";
     text("name", r_.name);
     if (r_.vertical) line("vertical", "true");
+    if (!r_.not_trusted.empty()) text("not_trusted", r_.not_trusted);
     switch (r_.shear.model) {
       case ShearModel::number:
         number("shear_coefficient", r_.shear.coefficient);

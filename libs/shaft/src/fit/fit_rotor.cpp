@@ -199,6 +199,7 @@ class RotorFitter {
       s.add({FindingCode::work_limit, Consequence::no_trust, {{"steps", steps}}, "the rotor"});
       if (m.explained) s.trust = trust_text(s.findings.back());
     }
+    if (const Finding* distrust = s.distrust()) result_.rotor.not_trusted = to_string(distrust->code);
     std::string open;
     for (const FitUnknown& u : result_.unknowns)
       if (!u.identifiable && u.kind != UnknownKind::runout) open += (open.empty() ? "" : ", ") + u.name;

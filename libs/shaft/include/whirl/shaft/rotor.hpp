@@ -150,6 +150,8 @@ struct Rotor {
   int elements = 16;       ///< about so many along the shaft, where a section does not say
   double axial_force = 0;  ///< tension along the whole shaft, N
   bool vertical = false;   ///< no weight across the shaft
+  /// Code of the finding that takes the trust from values found by a fit, e.g. "model_error"; empty: none does.
+  std::string not_trusted;
 
   double length() const;
   /// Shaft and discs, kg.

@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "whirl/shaft/control/controller.hpp"
@@ -14,9 +13,6 @@ namespace whirl::shaft {
 /// Throws Error where the rotor lacks one. The readings have white noise of this rms, m.
 SampledForces sampled_forces(const Rotor& rotor, const System& system, const RotorController& controller,
                              double noise = 0, std::uint64_t seed = 1);
-
-/// The lowest of some speeds in [from, to] at which a motion grows without control; nothing where none does.
-std::optional<double> unstable_from(const Rotor& rotor, const System& system, double from, double to);
 
 /// A critical speed and what happens around it: from half way to the one before, to half way to the next, at most a
 /// quarter of it.
