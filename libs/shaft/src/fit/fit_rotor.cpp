@@ -71,7 +71,6 @@ class RotorFitter {
     point_.t = set_.start();
     FitProblem problem(model_at(point_.t), runs_);
     search(problem);
-    settle(problem);
     judge(problem);
     return std::move(result_);
   }
@@ -100,6 +99,7 @@ class RotorFitter {
   /// From the file's values; where that ends in a misfit, from others.
   void search(FitProblem& problem) {
     descend_in_stages(problem, point_, sum_, options_.max_iterations);
+    settle(problem);
     const double enough = kFalseMinimum * static_cast<double>(problem.equations());
     std::mt19937_64 random(1);
     for (int k = 0; k < options_.restarts && !(sum_.cost < enough); ++k) {
@@ -110,6 +110,7 @@ class RotorFitter {
       if (!(sum.cost < sum_.cost)) continue;
       point_ = other;
       sum_ = sum;
+      settle(problem);
     }
   }
 
@@ -117,6 +118,7 @@ class RotorFitter {
   /// says little of a coefficient the way is a long, bent valley: a descent that merely ran out of steps is not the
   /// end.
   void settle(FitProblem& problem) {
+    settled_ = false;
     for (int pass = 0; pass < kPasses && !settled_; ++pass) {
       renew_noise(problem);
       problem.set_model(model_at(point_.t));
