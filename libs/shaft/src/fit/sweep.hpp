@@ -15,6 +15,7 @@ namespace whirl::shaft {
 struct SweepNode {
   Eigen::VectorXcd pole, slope;     ///< and its slope over speed
   Eigen::MatrixXcd reading;         ///< probes x modes: of r
+  Eigen::MatrixXcd reading_rate;    ///< and its slope over speed
   Eigen::MatrixXcd source;          ///< modes x columns: l'f
   Eigen::MatrixXcd coupling;        ///< N
   Eigen::MatrixXcd pole_slopes;     ///< modes x structural unknowns
@@ -29,7 +30,7 @@ struct SweepModes {
   enum class Part {
     motion,  ///< poles, sources and coupling
     slopes,  ///< with them the slopes of poles and sources
-    whole,   ///< with these the readings and their slopes
+    whole,   ///< with these the readings, their slopes and how they change over speed
   };
   /// Between two nodes: poles by the cubic through values and slopes, all else by the cubic through the four nodes
   /// about.

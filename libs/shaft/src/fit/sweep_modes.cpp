@@ -214,6 +214,12 @@ void SweepModes::read(double v, SweepNode& node, Part part) const {
   node.source_slopes = w0 * n0.source_slopes + w1 * n1.source_slopes + w2 * n2.source_slopes + w3 * n3.source_slopes;
   if (part == Part::slopes) return;
   node.reading = w0 * n0.reading + w1 * n1.reading + w2 * n2.reading + w3 * n3.reading;
+  // The derivatives of the weights.
+  const double d0 = -((x - 2) * (x - 3) + (x - 1) * (x - 3) + (x - 1) * (x - 2)) / (6 * spacing);
+  const double d1 = ((x - 2) * (x - 3) + x * (x - 3) + x * (x - 2)) / (2 * spacing);
+  const double d2 = -((x - 1) * (x - 3) + x * (x - 3) + x * (x - 1)) / (2 * spacing);
+  const double d3 = ((x - 1) * (x - 2) + x * (x - 2) + x * (x - 1)) / (6 * spacing);
+  node.reading_rate = d0 * n0.reading + d1 * n1.reading + d2 * n2.reading + d3 * n3.reading;
   node.reading_slopes =
       w0 * n0.reading_slopes + w1 * n1.reading_slopes + w2 * n2.reading_slopes + w3 * n3.reading_slopes;
 }

@@ -25,6 +25,8 @@ class SweepIntegration {
       begin_ = c_;
       sum_.setZero(count_, columns_);
       double_.setZero(count_, columns_);
+      moment_.setZero(count_, columns_);
+      middle_ = run_.speed[b];
       for (Index i = 0; i < per_block; ++i)
         advance(b * per_block + i, std::polar(1.0, 2 * kStepAngle * static_cast<double>(i)));
       finish_block(b, static_cast<double>(per_block));
@@ -61,11 +63,14 @@ class SweepIntegration {
                      w.last * (next_drive_.row(k) + turning_.row(k));
     }
     next_turning_.noalias() = rate * node_.coupling.lazyProduct(next_);
+    const double off = 0.5 * (path_.point_speed[step] + path_.point_speed[step + 1]) - middle_;
     for (Index k = 0; k < count_; ++k) {
       const StepWeights& w = weights_[static_cast<std::size_t>(k)];
       first_ = drive_.row(k) + turning_.row(k);
       last_ = next_drive_.row(k) + next_turning_.row(k);
-      sum_.row(k) += w.mean.state * c_.row(k) + w.mean.first * first_ + w.mean.last * last_;
+      mean_ = w.mean.state * c_.row(k) + w.mean.first * first_ + w.mean.last * last_;
+      sum_.row(k) += mean_;
+      moment_.row(k) += off * mean_;
       double_.row(k) += phase * (w.twice.state * c_.row(k) + w.twice.first * first_ + w.twice.last * last_);
       next_.row(k) += w.next.last * (next_turning_.row(k) - turning_.row(k));
     }
@@ -83,8 +88,10 @@ class SweepIntegration {
         const Complex steady = model_.factor(c, speed) * node_.source(k, c) / (Complex(0, speed) - node_.pole[k]);
         const Complex value = sum_(k, c) / points + SampleSums::once * lost(k, c) - steady;
         const Complex twice = double_(k, c) / points + SampleSums::twice * lost(k, c);
+        // The shape turns with the speed while the coordinate changes.
+        const Complex moment = moment_(k, c) / points;
         for (Index p = 0; p < probes; ++p) {
-          part_.readings(c * probes + p, b) += node_.reading(p, k) * value;
+          part_.readings(c * probes + p, b) += node_.reading(p, k) * value + node_.reading_rate(p, k) * moment;
           part_.conjugate(c * probes + p, b) += std::conj(node_.reading(p, k) * twice);
         }
       }
@@ -97,8 +104,9 @@ class SweepIntegration {
   SweepPath path_;
   Index count_, columns_;
   SweepNode node_;
-  MatrixXcd c_, next_, begin_, drive_, next_drive_, turning_, next_turning_, sum_, double_;
-  Eigen::RowVectorXcd first_, last_;
+  MatrixXcd c_, next_, begin_, drive_, next_drive_, turning_, next_turning_, sum_, double_, moment_;
+  Eigen::RowVectorXcd first_, last_, mean_;
+  double middle_ = 0;  ///< mean speed of the block
   std::vector<StepWeights> weights_;
   SweepPart part_;
 };
