@@ -30,5 +30,7 @@ whirl rotor run with_trial.toml --from-rpm 300 --to-rpm 10000 --seconds 60 --noi
 whirl rotor fit drawing.toml up.csv trial.csv --out fitted.toml
 
 # A controller of the fitted rotor, and what it does on the machine.
-whirl rotor control fitted.toml --from-rpm 300 --to-rpm 10000 --out controller.json --c controller.c
+whirl rotor control fitted.toml --from-rpm 300 --to-rpm 10000 --out controller.json
+whirl export c controller.json
+whirl export fmu controller.json
 whirl rotor run machine.toml --controller controller.json --from-rpm 300 --to-rpm 10000 --seconds 60 --out passage.csv

@@ -12,6 +12,7 @@
 #include "whirl/rig/fields.hpp"
 #include "whirl/rig/records.hpp"
 #include "whirl/rig/rig_file.hpp"
+#include "whirl/shaft/control/controller.hpp"
 #include "whirl/tuning/closed_loop.hpp"
 
 namespace whirl::python {
@@ -132,7 +133,7 @@ std::vector<std::filesystem::path> export_value(const T& value, const std::strin
   if (form == "fmu") {
     deploy::FmuOptions options;
     options.code = code;
-    options.model_exchange = !std::is_same_v<T, ControllerDesign>;
+    options.model_exchange = std::is_same_v<T, IdentifiedModel>;
     std::filesystem::create_directories(folder);
     deploy::pack_fmu(deploy::fmu_files(value, options), options, folder / (prefix + ".fmu"));
     return {folder / (prefix + ".fmu")};
@@ -147,6 +148,8 @@ void bind_control(py::module_& m) {
   bind_design(m);
   m.def("export", &export_value<ControllerDesign>, py::arg("value"), py::arg("form"), py::arg("folder"), py::kw_only(),
         py::arg("prefix") = "controller");
+  m.def("export", &export_value<shaft::RotorController>, py::arg("value"), py::arg("form"), py::arg("folder"),
+        py::kw_only(), py::arg("prefix") = "controller");
   m.def("export", &export_value<IdentifiedModel>, py::arg("value"), py::arg("form"), py::arg("folder"), py::kw_only(),
         py::arg("prefix") = "model",
         "Writes a controller or a model; returns the files. form: 'c' (C99), 'fmu', 'latex', 'matlab', 'python', "

@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
 #include "bindings.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
@@ -8,6 +12,7 @@
 #include "whirl/pages/rotor_runs.hpp"
 #include "whirl/shaft/centrifuge/centrifuge_json.hpp"
 #include "whirl/shaft/centrifuge/passage_plan.hpp"
+#include "whirl/shaft/control/control_json.hpp"
 #include "whirl/shaft/fit/fit_json.hpp"
 #include "whirl/shaft/fit/trend.hpp"
 #include "whirl/shaft/rotor_json.hpp"
@@ -68,18 +73,47 @@ py::tuple response(const PythonRotor& r, const Speeds& speeds) {
 }
 
 py::tuple simulate(const PythonRotor& r, double from, double to, double seconds, double rate_hz, bool full, int modes,
-                   bool weight, double noise_db, std::uint64_t seed) {
+                   bool weight, double noise_db, std::uint64_t seed,
+                   const std::optional<shaft::RotorController>& controller) {
   pages::SimulatedRun options;
   options.run = {.from = from, .to = to, .duration = seconds, .sample_time = 1 / rate_hz, .weight = weight};
   options.full = full;
   options.modes = modes;
   options.noise_db = noise_db;
   options.seed = seed;
+  options.controller = controller;
+  if (controller)  // the record keeps every n-th sample of the controller
+    options.run.sample_time =
+        controller->sample_time * std::max(1.0, std::round(1 / (controller->sample_time * rate_hz)));
   const pages::RotorRecord made = pages::simulated_record(r.job, options, r.source);
   std::vector<std::string> names;
   for (const pages::RotorPlace& p : made.places) names.push_back(p.name);
   return py::make_tuple(made.record, made.summary,
-                        as_python(shaft::run_json(made.run, names, made.peaks, made.reduction_error)));
+                        as_python(shaft::run_json(made.run, names, made.peaks, made.reduction_error)
+                                      .set("passages", shaft::passages_json(made.passages))));
+}
+
+py::tuple control(const PythonRotor& r, double from, double to, double rate_hz, int modes, int schedule, int points,
+                  double sensitivity, double adaptation, double share, double force_weight, bool unbalance_known,
+                  const std::optional<shaft::RotorController>& given) {
+  const shaft::ControlOptions options{from,
+                                      to,
+                                      given ? given->sample_time : 1 / rate_hz,
+                                      modes,
+                                      schedule,
+                                      points,
+                                      sensitivity,
+                                      adaptation,
+                                      share,
+                                      force_weight,
+                                      unbalance_known};
+  shaft::ControlDesign d;
+  {
+    const py::gil_scoped_release unlocked;
+    d = given ? shaft::check_rotor_control(r.job.rotor, *given, options)
+              : shaft::design_rotor_control(r.job.rotor, options);
+  }
+  return py::make_tuple(d.summary, as_python(shaft::control_design_json(d)), d.controller);
 }
 
 std::vector<shaft::OrderRun> runs_of(const PythonRotor& r,
@@ -145,6 +179,15 @@ py::tuple run_up(const PythonRotor& r, double highest, double limit, double torq
 void bind_shaft(py::module_& m) {
   m.def("_rotor_template", &shaft::rotor_template, py::arg("name"));
   m.def("_rotor_templates", &shaft::rotor_templates);
+  py::class_<shaft::RotorController>(m, "_RotorController")
+      .def(py::init(&shaft::load_rotor_controller), py::arg("file"))
+      .def_readonly("sample_time", &shaft::RotorController::sample_time)
+      .def(
+          "save",
+          [](const shaft::RotorController& c, const std::filesystem::path& file) {
+            shaft::save_rotor_controller(file, c);
+          },
+          py::arg("file"));
   py::class_<PythonFit>(m, "_RotorFit")
       .def_property_readonly("summary", [](const PythonFit& f) { return f.fit.summary; })
       .def("text", [](const PythonFit& f) { return shaft::rotor_text(f.fit.rotor); })
@@ -160,7 +203,11 @@ void bind_shaft(py::module_& m) {
       .def("campbell", &campbell, py::arg("speeds"), py::arg("count"))
       .def("response", &response, py::arg("speeds"))
       .def("simulate", &simulate, py::arg("start"), py::arg("stop"), py::arg("seconds"), py::arg("rate_hz"),
-           py::arg("full"), py::arg("modes"), py::arg("weight"), py::arg("noise_db"), py::arg("seed"))
+           py::arg("full"), py::arg("modes"), py::arg("weight"), py::arg("noise_db"), py::arg("seed"),
+           py::arg("controller"))
+      .def("control", &control, py::arg("start"), py::arg("stop"), py::arg("rate_hz"), py::arg("modes"),
+           py::arg("schedule"), py::arg("points"), py::arg("sensitivity"), py::arg("adaptation"), py::arg("share"),
+           py::arg("force_weight"), py::arg("unbalance_known"), py::arg("given"))
       .def("fit", &fit, py::arg("records"), py::arg("restarts"))
       .def("trend", &trend, py::arg("records"), py::arg("restarts"))
       .def("check_load", &check_load, py::arg("record"), py::arg("sensors"), py::arg("highest"))

@@ -77,3 +77,22 @@ def test_bad_input_is_one_clear_error():
     for verb in (rotor.check_load, rotor.fit, rotor.trend):
         with pytest.raises(TypeError, match="whirl.read"):
             verb("spinup.csv")
+
+
+def test_a_controller_designed_checked_run_and_exported(tmp_path):
+    rotor = whirl.rotor.template("levitated")
+    design = rotor.control(0, 6000, points=4, schedule=3)
+    assert design.refused == [] and design.worst_sensitivity < 3
+    assert len(design.to_pandas()) == 4
+    design.save(tmp_path / "controller.json")
+    assert [p.name for p in design.export("fmu", tmp_path)] == ["controller.fmu"]
+    assert [p.name for p in design.export("c", tmp_path)] == ["controller.h", "controller.c"]
+    passages = rotor.passages(tmp_path / "controller.json", 100, 6000, 2)
+    assert passages.record["beta"].shape == (2001,) and all(p is None for p in passages.to_pandas().open)
+    slow = rotor.check_control(tmp_path / "controller.json", 0, 6000, points=3, sensitivity=1.1)
+    assert slow.worst_sensitivity == pytest.approx(design.worst_sensitivity, abs=0.5) and slow.summary.warnings
+    wrong = whirl.rotor.Rotor(rotor.text.replace("bias_stiffness_N_m = -2e5", "bias_stiffness_N_m = -2e7"))
+    refused = wrong.check_control(design, 0, 6000, points=3)
+    assert refused.refused[0]["with"] == "nominal"
+    with pytest.raises(whirl.Error, match="unstable"):
+        refused.save(tmp_path / "other.json")

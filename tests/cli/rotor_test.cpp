@@ -70,12 +70,18 @@ TEST(RotorE2e, ControlOfAnOverhungRotorThroughThreeCriticalSpeeds) {
   const Folder folder;
   ASSERT_EQ(folder.whirl("rotor new --template active-centrifuge --out rotor.toml").exit_code, 0);
   const Outcome made = folder.whirl(
-      "rotor control rotor.toml --from-rpm 300 --to-rpm 10000 --points 5 --out controller.json --c step.c --json "
+      "rotor control rotor.toml --from-rpm 300 --to-rpm 10000 --points 5 --out controller.json --json "
       "--quiet");
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const io::Json design = io::parse_json(made.out, "stdout");
   EXPECT_LT(io::JsonReader(design, "stdout").at("worst_sensitivity").number(), 3);
-  EXPECT_NE(slurp(folder / "step.c").find("step_step("), std::string::npos);
+  ASSERT_EQ(folder.whirl("export c controller.json --prefix step --out c").exit_code, 0);
+  EXPECT_NE(slurp(folder / "c/step.c").find("step_step("), std::string::npos);
+  ASSERT_EQ(folder.whirl("export fmu controller.json --fmi 3 --out fmu").exit_code, 0);
+  EXPECT_GT(std::filesystem::file_size(folder / "fmu/controller.fmu"), 10000U);
+  const Outcome form = folder.whirl("export matlab controller.json --out m");
+  EXPECT_EQ(form.exit_code, 2);
+  EXPECT_NE(form.err.find("c or fmu"), std::string::npos) << form.err;
   const Outcome run = folder.whirl(
       "rotor run rotor.toml --from-rpm 300 --to-rpm 10000 --seconds 100 --controller controller.json --out run.csv "
       "--json "

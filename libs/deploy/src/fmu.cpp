@@ -11,7 +11,7 @@
 #include <fstream>
 #include <map>
 
-#include "fmu_description.hpp"
+#include "fmu_builder.hpp"
 #include "template.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/core/error.hpp"
@@ -22,126 +22,22 @@
 #include "written.hpp"
 
 namespace whirl::deploy {
-namespace {
-
-/// FNV-1a over the text, from a given start: the token only has to differ where the content does.
-std::uint64_t hash(std::string_view text, std::uint64_t state) {
-  for (const char c : text) state = (state ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
-  return state;
-}
-
-std::string token_of(const std::string& content) {
-  const std::uint64_t a = hash(content, 14695981039346656037ULL), b = hash(content, a ^ 0x9e3779b97f4a7c15ULL);
-  return fmt::format("{{{:08x}-{:04x}-{:04x}-{:04x}-{:012x}}}", a >> 32, (a >> 16) & 0xffff, a & 0xffff, b >> 48,
-                     b & 0xffffffffffffULL);
-}
-
-/// The list of variables with the enumeration of their value references for the C side.
-class Builder {
- public:
-  explicit Builder(std::string title) {
-    description.title = std::move(title);
-    FmuVariable time{"time", "s", "independent variable", "independent", "continuous", ""};
-    description.variables.push_back(time);
-  }
-  /// Starts the block FIRST_<name> with the count <names>.
-  void block(const char* name, std::size_t count) {
-    layout += fmt::format("{}  FIRST_{} = {},\n  {}S = {}", layout.empty() ? "" : ",\n", name,
-                          description.variables.size(), name, count);
-  }
-  void constant(const char* name, std::size_t value) { layout += fmt::format(",\n  {} = {}", name, value); }
-  int add(FmuVariable v) {
-    description.variables.push_back(std::move(v));
-    return static_cast<int>(description.variables.size()) - 1;
-  }
-  /// Parameters: addresses `prefix`name, tunable except `fixed`. Returns the reference of `fixed`.
-  int parameters(const std::vector<CodeParameter>& all, const std::string& fixed) {
-    int reference = -1;
-    for (const CodeParameter& p : all) {
-      const bool is_fixed = p.name == fixed;
-      const int r =
-          add({p.name, p.unit, p.meaning, "parameter", is_fixed ? "fixed" : "tunable", expr::number_text(p.value),
-               FmuVariable::Type::real, -1, std::isinf(p.low) ? 0 : p.low, std::isinf(p.high) ? 0 : p.high});
-      if (is_fixed) reference = r;
-      pointers += fmt::format("{}    case {}U:\n      return &c->{}{};", pointers.empty() ? "" : "\n", r,
-                              p.name == "inner_step" ? "" : "params.", p.name);
-    }
-    return reference;
-  }
-
-  FmuDescription description;
-  std::string layout, pointers;
-};
-
-FmuVariable real(const std::string& name, const std::string& unit, const std::string& meaning, const char* causality,
-                 const char* variability, const std::string& start) {
-  return {name, unit, meaning, causality, variability, start};
-}
-
-void require(const FmuOptions& o) {
-  if (o.version != 2 && o.version != 3) throw Error::in_field("fmi version", std::to_string(o.version), "2 or 3");
-  if (!o.co_simulation && !o.model_exchange) throw Error("an FMU needs co-simulation or model exchange");
-  if (o.code.single_precision) throw Error("an FMU has double precision: leave out --float");
-}
-
-std::vector<SourceFile> finish(Builder& b, const FmuOptions& o, TemplateSettings s, const SourceFile& header,
-                               const SourceFile& source) {
-  const std::string& id = o.code.prefix;
-  s.prefix = id;
-  s.slots["prefix"] = id;
-  s.slots["layout"] = b.layout;
-  s.slots["pointers"] = b.pointers;
-  s.slots["me"] = o.model_exchange ? "true" : "false";
-  s.slots["cs"] = o.co_simulation ? "true" : "false";
-  // The description without its token names every variable; with the source it is what the token stands for.
-  const std::string token = token_of(header.text + source.text + fmu_xml(b.description, o, ""));
-  s.slots["token"] = token;
-  const char* const version = o.version == 2 ? "fmi2" : "fmi3";
-  s.slots["fmi"] = version;
-  s.slots["State"] = o.version == 2 ? "FMUstate" : "FMUState";
-  s.slots["Deserialize"] = o.version == 2 ? "DeSerialize" : "Deserialize";
-  s.slots["Derivatives"] = o.version == 2 ? "GetDerivatives" : "GetContinuousStateDerivatives";
-  s.slots["common"] = fill_template(deploy_template("fmi_common.c"), s);
-  std::string code = fmt::format("/* {}: FMI {}.0 around {}.c. */\n", id, o.version, id);
-  const char* const what = s.features.contains("PLANT") ? "fmu_plant.c" : "fmu_controller.c";
-  for (const std::string& part : {std::string("fmu_core.c"), std::string(what), std::string(version) + ".c"})
-    code += fill_template(deploy_template(part), s);
-  std::vector<SourceFile> files{
-      {"modelDescription.xml", fmu_xml(b.description, o, token)},
-      {"sources/" + header.name, header.text},
-      {"sources/" + source.name, source.text},
-      {"sources/" + id + "_fmu.c", drop_unused_functions(code)},
-      {fmt::format("sources/{}.h", version), std::string(deploy_template(std::string(version) + ".h"))}};
-  if (o.version == 3) {
-    files.push_back(
-        {"sources/buildDescription.xml",
-         fmt::format(
-             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
-             "  <BuildConfiguration modelIdentifier=\"{0}\">\n    <SourceFileSet language=\"C99\">\n"
-             "      <SourceFile name=\"{0}.c\"/>\n      <SourceFile name=\"{0}_fmu.c\"/>\n    </SourceFileSet>\n"
-             "  </BuildConfiguration>\n</fmiBuildDescription>\n",
-             id)});
-  }
-  return files;
-}
-
-}  // namespace
 
 std::vector<SourceFile> fmu_files(const ControllerDesign& design, const FmuOptions& options) {
   FmuOptions o = options;
-  require(o);
+  require_fmu(o);
   if (!o.co_simulation)
     throw Error("a sampled controller is a co-simulation FMU: it has no continuous states to exchange");
   o.model_exchange = false;
   const ControllerCode code = controller_code(design, o.code);
-  Builder b(control::law_info(design.law).title +
-            " with the estimator: " + control::estimator_info(design.estimator).title);
+  FmuBuilder b(control::law_info(design.law).title +
+               " with the estimator: " + control::estimator_info(design.estimator).title);
   b.block("INPUT", 5);
-  b.add(real("x", "m", "measured displacement of the disk", "input", "discrete", "0"));
-  b.add(real("y", "m", "measured displacement of the disk", "input", "discrete", "0"));
-  b.add(real("beta", "rad", "rotor angle", "input", "discrete", "0"));
-  b.add(real("omega", "rad/s", "rotor speed", "input", "discrete", "0"));
-  b.add(real("omega_dot", "rad/s^2", "rotor acceleration", "input", "discrete", "0"));
+  b.add(fmu_real("x", "m", "measured displacement of the disk", "input", "discrete", "0"));
+  b.add(fmu_real("y", "m", "measured displacement of the disk", "input", "discrete", "0"));
+  b.add(fmu_real("beta", "rad", "rotor angle", "input", "discrete", "0"));
+  b.add(fmu_real("omega", "rad/s", "rotor speed", "input", "discrete", "0"));
+  b.add(fmu_real("omega_dot", "rad/s^2", "rotor acceleration", "input", "discrete", "0"));
   b.block("OUTPUT", 10);
   const std::pair<const char*, const char*> outputs[] = {{"ux", "force to apply"},
                                                          {"uy", "force to apply"},
@@ -158,7 +54,7 @@ std::vector<SourceFile> fmu_files(const ControllerDesign& design, const FmuOptio
     const char* const unit = n.find('u') == 0 || n.starts_with("req") ? "N"
                              : n.starts_with("s_") || n[0] == 'v'     ? "m/s"
                                                                       : "m";
-    FmuVariable v = real(name, unit, meaning, "output", "discrete", "");
+    FmuVariable v = fmu_real(name, unit, meaning, "output", "discrete", "");
     v.depends.emplace();  // the sample was taken when the step began
     b.add(std::move(v));
   }
@@ -189,17 +85,17 @@ std::vector<SourceFile> fmu_files(const ControllerDesign& design, const FmuOptio
   }
   b.description.step = design.sample_time;
   b.description.variable_step = false;
-  return finish(b, o, std::move(s), code.header, code.source);
+  return finish_fmu(b, o, std::move(s), "fmu_controller.c", code.header, code.source);
 }
 
 std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions& options) {
-  require(options);
+  require_fmu(options);
   require_range("inner_step", options.inner_step, 1e-7, 1, "s");
   const ModelSystem system = with_names_for(Language::fmi, model_system(model));
   if (system.discrete)
     throw Error("the model is a map from sample to sample: it has no continuous time for an FMU, export c instead");
   const ModelCode code = model_code(system, options.code);
-  Builder b(system.title);
+  FmuBuilder b(system.title);
   TemplateSettings s;
   s.features = {"PLANT"};
   s.slots["along"] = along_lines(system, options.code);
@@ -215,12 +111,12 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
     std::sort(out.begin(), out.end());
     return out;
   };
-  for (const SystemVariable& v : system.inputs) b.add(real(v.name, v.unit, v.meaning, "input", "continuous", "0"));
+  for (const SystemVariable& v : system.inputs) b.add(fmu_real(v.name, v.unit, v.meaning, "input", "continuous", "0"));
   b.block("STATE", system.states.size());
   std::vector<int> states;
   std::string& nominals = s.slots["nominals"];
   for (const SystemVariable& v : system.states) {
-    FmuVariable state = real(v.name, v.unit, v.meaning, "local", "continuous", "0");
+    FmuVariable state = fmu_real(v.name, v.unit, v.meaning, "local", "continuous", "0");
     state.nominal = v.nominal > 0 ? v.nominal : 1;
     nominals += (nominals.empty() ? "" : ", ") + expr::number_text(state.nominal, true);
     states.push_back(b.add(std::move(state)));
@@ -228,9 +124,9 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
   b.block("RATE", system.states.size());
   for (std::size_t i = 0; i < states.size(); ++i) {
     const SystemVariable& v = system.states[i];
-    FmuVariable rate = real(fmt::format("der({})", v.name),
-                            v.unit == "1" ? "1/s" : (expr::Unit::parse(v.unit) / expr::Unit::parse("s")).str(),
-                            "derivative", "local", "continuous", "");
+    FmuVariable rate = fmu_real(fmt::format("der({})", v.name),
+                                v.unit == "1" ? "1/s" : (expr::Unit::parse(v.unit) / expr::Unit::parse("s")).str(),
+                                "derivative", "local", "continuous", "");
     rate.derivative_of = states[i];
     rate.depends = depends_on(system.rates[i]);
     b.add(rate);
@@ -238,7 +134,7 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
   b.block("OUTPUT", system.outputs.size());
   for (std::size_t i = 0; i < system.outputs.size(); ++i) {
     const SystemVariable& v = system.outputs[i];
-    FmuVariable output = real(v.name, v.unit, v.meaning, "output", "continuous", "");
+    FmuVariable output = fmu_real(v.name, v.unit, v.meaning, "output", "continuous", "");
     output.nominal = v.nominal;
     output.depends = depends_on(system.output_terms[i]);
     b.add(std::move(output));
@@ -254,8 +150,8 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
     s.features.insert("EVENTS");
     b.block("EVENT", system.events.size());
     for (std::size_t i = 0; i < system.events.size(); ++i) {
-      FmuVariable v = real(fmt::format("event_{}", i + 1), "", "zero crossing of " + system.events[i].str(), "local",
-                           "continuous", "");
+      FmuVariable v = fmu_real(fmt::format("event_{}", i + 1), "", "zero crossing of " + system.events[i].str(),
+                               "local", "continuous", "");
       v.event = true;
       b.add(v);
     }
@@ -263,7 +159,7 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
   s.slots["aged"] = angle_lines(system);
   b.description.step = options.inner_step;
   b.description.directional = true;
-  return finish(b, options, std::move(s), code.header, code.source);
+  return finish_fmu(b, options, std::move(s), "fmu_plant.c", code.header, code.source);
 }
 
 namespace {

@@ -46,6 +46,10 @@ def _named(records):
     return list(zip(names or [f"run{k + 1}" for k in range(len(checked))], checked))
 
 
+def _controller(control):
+    return control.controller if isinstance(control, RotorControl) else _whirl._RotorController(pathlib.Path(control))
+
+
 class Rotor:
     """A rotor file and its finite-element model. `text`: the file, TOML."""
 
@@ -93,11 +97,32 @@ class Rotor:
     def run(self, from_rpm, to_rpm, seconds, *, rate_hz=1000.0, full=False, modes=8, weight=False, noise_db=None, seed=1):
         """A simulated run-up or run-down as a Recording: probes (or discs), accelerometers, beta. `noise_db`: rms of a channel
         over that of the noise added to it. Raises Error where the motion grows without bound."""
-        record, summary, _ = self._rotor.simulate(_RPM * from_rpm, _RPM * to_rpm, seconds, rate_hz, full, modes, weight,
-                                                  0.0 if noise_db is None else noise_db, seed)
+        noise = 0.0 if noise_db is None else noise_db
+        return self._run(from_rpm, to_rpm, seconds, rate_hz, full, modes, weight, noise, seed, None)[0]
+
+    def _run(self, from_rpm, to_rpm, *options):
+        record, summary, document = self._rotor.simulate(_RPM * from_rpm, _RPM * to_rpm, *options)
         if summary.status == _whirl.Status.unusable:
             raise _whirl.Error(summary.warnings[-1])
-        return record
+        return record, summary, document
+
+    def control(self, from_rpm, to_rpm, *, rate_hz=5000.0, modes=6, schedule=6, points=25, sensitivity=3.0, adaptation_per_s=2.0,
+                share=0.8, force_weight=0.1, unbalance_unknown=False):
+        """A controller of all actuators from all probes. It is `refused` where the loop is unstable at any speed, also with
+        changes of the machine (docs/rotor.md); then `summary.status` is unusable."""
+        return RotorControl(*self._rotor.control(_RPM * from_rpm, _RPM * to_rpm, rate_hz, modes, schedule, points, sensitivity,
+                                                 adaptation_per_s, share, force_weight, not unbalance_unknown, None))
+
+    def check_control(self, control, from_rpm, to_rpm, *, points=25, sensitivity=3.0):
+        """The same table of a controller (a RotorControl, or its file) on this rotor."""
+        return RotorControl(*self._rotor.control(_RPM * from_rpm, _RPM * to_rpm, 5000.0, 6, 6, points, sensitivity, 2.0, 0.8, 0.1,
+                                                 True, _controller(control)))
+
+    def passages(self, control, from_rpm, to_rpm, seconds, *, rate_hz=1000.0, full=False, modes=8, weight=False, seed=1):
+        """A run with a controller (a RotorControl, or its file) and one without: the largest deflection at every critical speed."""
+        record, summary, document = self._run(from_rpm, to_rpm, seconds, rate_hz, full, modes, weight, 0.0, seed,
+                                              _controller(control))
+        return Passages(summary, document, record)
 
     def fit(self, records, restarts=10):
         """Bearings, damping and unbalance of the machine from records of its runs, as [fit] of the file says. `records`: one
@@ -136,6 +161,49 @@ class _Table(Result):
     def _lines(self):
         return [", ".join(f"{k} {v:.5g}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items())
                 for row in (dict(zip(self._columns(), cells)) for cells in zip(*self._columns().values()))]
+
+
+@dataclass(repr=False)
+class RotorControl(_Table):
+    """The closed loop over speed, and its `controller`."""
+
+    controller: Any
+
+    def _columns(self):
+        points = self.document["points"]
+        columns = {name: [p[name] for p in points] for name in ("speed", "open_damping", "closed_damping", "growth")}
+        return columns | {f"sensitivity_{k + 1}": [p["sensitivity"][k] for p in points] for k in range(len(points[0]["sensitivity"]))}
+
+    @property
+    def refused(self):
+        """Changes of the machine with which the loop is unstable, and the first speed in rad/s; empty: none."""
+        return self.document["refused"]
+
+    @property
+    def worst_sensitivity(self):
+        return self.document["worst_sensitivity"]
+
+    def save(self, path):
+        """controller.json, as `whirl rotor run --controller` and `whirl export` take it. Raises Error for a refused one."""
+        self._allowed().save(pathlib.Path(path))
+
+    def export(self, form, folder, *, prefix="controller"):
+        """form: 'c' (C99) or 'fmu'; returns the files. Raises Error for a refused controller."""
+        return _whirl.export(self._allowed(), form, folder, prefix=prefix)
+
+    def _allowed(self):
+        if self.summary.status == _whirl.Status.unusable:
+            raise _whirl.Error("; ".join(self.summary.warnings))
+        return self.controller
+
+
+@dataclass(repr=False)
+class Passages(_Table):
+    """Speeds in rad/s, deflections in m zero-to-peak; `open` is None where the rotor is unstable without control."""
+
+    record: Any
+    _list = "passages"
+    _names = ("speed", "open", "closed")
 
 
 @dataclass(repr=False)

@@ -12,6 +12,7 @@
 #include "whirl/io/hash.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/output.hpp"
+#include "whirl/shaft/control/control_json.hpp"
 
 namespace whirl::app {
 namespace {
@@ -42,7 +43,7 @@ std::vector<std::string> write(const Session& session, const ExportOptions& o, c
   std::vector<std::string> written;
   if (o.form == "fmu") {
     session.check_output(folder / (code.prefix + ".fmu"));
-    const deploy::FmuOptions f = fmu_options(o, code, std::is_same_v<T, ControllerDesign>);
+    const deploy::FmuOptions f = fmu_options(o, code, !std::is_same_v<T, IdentifiedModel>);
     // What is refused leaves no folder.
     const std::vector<deploy::SourceFile> files = deploy::fmu_files(value, f);
     io::make_folder(folder);
@@ -90,8 +91,15 @@ IdentifiedModel model_to_export(const io::Json& document, const ExportOptions& o
   return model;
 }
 
+shaft::RotorController rotor_controller(const ExportOptions& o) {
+  if (o.mass_kg > 0) throw Error("--mass-kg belongs to a model; this is a controller");
+  if (!o.target.empty() || o.single) throw Error("--target and --float belong to a controller of `whirl design`");
+  return shaft::load_rotor_controller(o.file);
+}
+
 /// What to do with the files, in one line.
-std::string next_step(const ExportOptions& o, const deploy::CodeOptions& code) {
+std::string next_step(const ExportOptions& o, const deploy::CodeOptions& code, bool rotor_controller) {
+  if (o.form == "c" && rotor_controller) return "";
   if (o.form == "c") return fmt::format("self-test: make -C {} check", o.out);
   if (o.form == "fmu") return "import the .fmu in any tool of FMI " + std::to_string(o.fmi) + ".0";
   if (o.form == "sfunction") return fmt::format("build in MATLAB: mex {0}_sfun.c {0}.c", code.prefix);
@@ -119,7 +127,8 @@ void add_export(CommandLine& app, Session& session) {
       "  sfunction  the C99 source with a Simulink S-function (level 2, C)\n"
       "  modelica   a model\n"
       "  latex      equations and numbers\n"
-      "Input: controller.json of `whirl design` or model.json of `whirl identify`. A model identified as a rotor has "
+      "Input: controller.json of `whirl design`, or of `whirl rotor control` (c, fmu), or model.json of `whirl "
+      "identify`. A model identified as a rotor has "
       "inputs beta\n"
       "(rad), omega (rad/s), alpha (rad/s^2), ux, uy (N) and the displacement x, y (m) as outputs; give --mass-kg so "
       "that forces\n"
@@ -134,6 +143,7 @@ void add_export(CommandLine& app, Session& session) {
         const io::Json document = io::load_json(o->file);
         const io::Json* schema = document.find("schema");
         const std::string* name = schema == nullptr ? nullptr : schema->get<std::string>();
+        const bool of_rotor = name != nullptr && name->starts_with("whirl.rotor_controller/");
         std::vector<std::string> written;
         io::Json target;
         Summary summary;
@@ -142,18 +152,17 @@ void add_export(CommandLine& app, Session& session) {
           const auto design = io::from_json<ControllerDesign>(document, o->file);
           target = target_cost(session, *o, design);
           written = write(session, *o, design, code);
+        } else if (of_rotor) {
+          written = write(session, *o, rotor_controller(*o), code);
         } else {
           const IdentifiedModel model = model_to_export(document, *o, summary);
           written = write(session, *o, model, code);
         }
         io::Json files = io::Json::array();
-        for (const std::string& path : written) {
-          session.say(path);
-          files.push(path);
-        }
-        if (const std::string next = next_step(*o, code); !next.empty()) session.say(next);
-        io::Json result = io::Json::object();
-        result.set("form", o->form).set("prefix", code.prefix).set("files", std::move(files));
+        for (const std::string& path : written) session.say(path), files.push(path);
+        if (const std::string next = next_step(*o, code, of_rotor); !next.empty()) session.say(next);
+        io::Json result =
+            io::Json::object().set("form", o->form).set("prefix", code.prefix).set("files", std::move(files));
         if (!o->target.empty()) result.set("target", std::move(target));
         result.set("summary", to_json(summary));
         session.result(std::move(result));

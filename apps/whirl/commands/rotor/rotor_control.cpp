@@ -2,17 +2,15 @@
 
 #include "rotor.hpp"
 #include "whirl/core/angles.hpp"
-#include "whirl/io/file.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/shaft/control/control_json.hpp"
-#include "whirl/shaft/control/export_c.hpp"
 
 namespace whirl::app {
 namespace {
 
 struct RotorControlOptions {
-  std::string rotor, out, controller, code;
+  std::string rotor, out, controller;
   double from_rpm = 0, to_rpm = 0, rate_hz = 5000, sensitivity = 3, adaptation = 2, share = 80, force_weight = 0.1;
   int modes = 6, schedule = 6, points = 25;
   bool unbalance_unknown = false;
@@ -83,13 +81,6 @@ void rotor_control(const RotorControlOptions& o, Session& session) {
   const bool refused = design.summary.status == Status::unusable;
   session.write_together();
   if (!o.out.empty() && !refused) shaft::save_rotor_controller(o.out, design.controller);
-  if (!o.code.empty() && !refused) {
-    const std::filesystem::path source = o.code, header = std::filesystem::path(source).replace_extension(".h");
-    session.check_output(header);
-    const shaft::ControllerCode code = shaft::controller_code(design.controller, source.stem().string());
-    io::write_text(source, code.source);
-    io::write_text(header, code.header);
-  }
   session.finish(design.summary);
 }
 
@@ -103,7 +94,9 @@ void add_rotor_control(CommandLine& rotor, Session& session) {
       "turn\n"
       "with the shaft against its unbalance. The controller is refused (exit code 1) where the loop is unstable at any "
       "speed, also\n"
-      "with changes of the machine (docs/rotor.md). --out is written only where it is not refused.\n\n"
+      "with changes of the machine (docs/rotor.md). --out is written only where it is not refused. `whirl export` "
+      "makes C\n"
+      "or an FMU of it.\n\n"
       "Example: whirl rotor control rotor.toml --from-rpm 100 --to-rpm 9000 --out controller.json",
       [o, &session] { rotor_control(*o, session); });
   sub->add_option("ROTOR", o->rotor, "rotor file")->input()->required();
@@ -128,7 +121,6 @@ void add_rotor_control(CommandLine& rotor, Session& session) {
   sub->add_flag("--unbalance-unknown", o->unbalance_unknown, "the turning part begins at zero");
   sub->add_option("--check", o->controller, "controller to look at on this rotor instead of a new one")->input();
   sub->add_option("--out", o->out, "controller to write (.json)")->output();
-  sub->add_option("--c", o->code, "the same as C99 (.c), with its header beside it")->output();
 }
 
 }  // namespace whirl::app

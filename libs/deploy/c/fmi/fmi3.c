@@ -311,7 +311,7 @@ NOT_PROVIDED(fmi3SetShiftFraction, (fmi3Instance c, const fmi3ValueReference vr[
 NOT_PROVIDED(fmi3GetOutputDerivatives, (fmi3Instance c, const fmi3ValueReference vr[], size_t n, const int32_t orders[],
              fmi3Float64 value[], size_t count))
 NOT_PROVIDED(fmi3ActivateModelPartition, (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time))
-#if HAS_CONTROLLER
+#if HAS_CONTROLLER || HAS_ROTOR
 NOT_PROVIDED(fmi3EnterEventMode, (fmi3Instance c))
 NOT_PROVIDED(fmi3UpdateDiscreteStates, (fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean
              *nominals_changed, fmi3Boolean *states_changed, fmi3Boolean *next_event_defined, fmi3Float64 *next_event))

@@ -14,6 +14,14 @@ enum {
 };
 #define SMALL 1e-9 /* a sign argument below this is zero at an event */
 
+#if HAS_ROTOR
+typedef struct {
+  double sample_time;
+} whirl_params;
+
+static void whirl_default_params(whirl_params *params) { params->sample_time = /*@period@*/; }
+#endif
+
 typedef enum { INSTANTIATED, INITIALISING, EVENT, CONTINUOUS, STEPPING, TERMINATED } phase;
 
 typedef struct {
@@ -30,6 +38,10 @@ typedef struct {
   int integer[INTEGERS]; /* status, supervision */
   double since;          /* sample times since the last sample; 0: there was none */
   double usual;          /* the same at the sample before */
+#elif HAS_ROTOR
+  whirl_state state;
+  double input[INPUTS]; /* readings, angle, speed */
+  double output[OUTPUTS];
 #else
   double inner_step;
   double input[INPUTS + 1];
@@ -149,7 +161,7 @@ static void restart(instance *c) {
   whirl_default_params(&c->params);
 #if HAS_CONTROLLER
   c->boolean[0] = 1;
-#else
+#elif HAS_PLANT
   c->inner_step = /*@inner@*/;
 #endif
 }

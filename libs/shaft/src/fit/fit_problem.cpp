@@ -50,7 +50,12 @@ VectorXd scatter(const OrderRun& run) {
 
 FitProblem::FitProblem(std::shared_ptr<FitModel> model, const std::vector<OrderRun>& runs)
     : model_(std::move(model)), runs_(runs), states_(runs.size()), residuals_(runs.size()) {
-  for (const OrderRun& run : runs) noise_.push_back(scatter(run));
+  reset_noise();
+}
+
+void FitProblem::reset_noise() {
+  noise_.clear();
+  for (const OrderRun& run : runs_) noise_.push_back(scatter(run));
 }
 
 FitPoint FitProblem::moved(const FitPoint& from, const VectorXd& step) const {

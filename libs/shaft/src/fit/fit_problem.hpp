@@ -34,6 +34,8 @@ class FitProblem {
   /// Standard deviation of the record of a probe in a run, m: weights of the residuals.
   void set_noise(std::size_t run, Eigen::Index probe, double sd) { noise_[run][probe] = sd; }
   double noise(std::size_t run, Eigen::Index probe) const { return noise_[run][probe]; }
+  /// Noise as the runs themselves show it, before any model (`scatter`).
+  void reset_noise();
   /// A model about other values.
   void set_model(std::shared_ptr<FitModel> model) { model_ = std::move(model); }
   const FitModel& model() const { return *model_; }

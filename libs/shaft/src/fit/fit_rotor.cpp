@@ -102,16 +102,22 @@ class RotorFitter {
     settle(problem);
     const double enough = kFalseMinimum * static_cast<double>(problem.equations());
     std::mt19937_64 random(1);
+    bool better = true;
     for (int k = 0; k < options_.restarts && !(sum_.cost < enough); ++k) {
       ++result_.starts;
+      // By the noise of the runs: what a false minimum leaves from block to block hides the way to another.
+      problem.reset_noise();
+      problem.set_model(model_at(point_.t));
+      problem.linearise(point_, sum_);
       FitPoint other{other_start(set_, random)};
       SquareSum sum;
       descend_in_stages(problem, other, sum, kTryIterations);
-      if (!(sum.cost < sum_.cost)) continue;
+      better = sum.cost < sum_.cost;
+      if (!better) continue;
       point_ = other;
-      sum_ = sum;
       settle(problem);
     }
+    if (!better) settle(problem);
   }
 
   /// Descends about the values found, with the noise that the residuals show, until neither moves them. Where a run

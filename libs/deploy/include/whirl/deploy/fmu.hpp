@@ -5,6 +5,10 @@
 #include "whirl/deploy/code.hpp"
 #include "whirl/deploy/system.hpp"
 
+namespace whirl::shaft {
+struct RotorController;
+}
+
 namespace whirl::deploy {
 
 /// What an FMU (Functional Mock-up Unit, https://fmi-standard.org) offers.
@@ -26,6 +30,10 @@ struct FmuOptions {
 /// exchange).
 std::vector<SourceFile> fmu_files(const ControllerDesign& design, const FmuOptions& options);
 std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions& options);
+
+/// Controller of a flexible rotor: an input for every probe, angle, speed; an output for every actuator. The
+/// communication step is the sample time; the force that a step returns acts from its end on.
+std::vector<SourceFile> fmu_files(const shaft::RotorController& controller, const FmuOptions& options);
 
 /// Compiles the sources with the system's C compiler `cc` for this machine (Linux on x86-64) and, when asked, with
 /// x86_64-w64-mingw32-gcc and aarch64-linux-gnu-gcc where these are installed, and packs the FMU. The file is the same

@@ -6,6 +6,10 @@
 #include "whirl/deploy/code.hpp"
 #include "whirl/deploy/system.hpp"
 
+namespace whirl::shaft {
+struct RotorController;
+}
+
 namespace whirl::deploy {
 
 /// Equations and numbers as a LaTeX fragment (packages amsmath, booktabs).
@@ -34,6 +38,9 @@ std::vector<SourceFile> export_sfunction(const IdentifiedModel& model, const Cod
 std::vector<SourceFile> source_files(const ControllerDesign& design, const std::string& form,
                                      const CodeOptions& options);
 std::vector<SourceFile> source_files(const IdentifiedModel& model, const std::string& form, const CodeOptions& options);
+/// Of a flexible rotor: c alone.
+std::vector<SourceFile> source_files(const shaft::RotorController& controller, const std::string& form,
+                                     const CodeOptions& options);
 
 /// A prefix from the name of a file: "Controller-tsmc.json" -> "controller_tsmc".
 std::string prefix_of(const std::filesystem::path& file);
