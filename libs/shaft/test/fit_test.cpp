@@ -91,15 +91,18 @@ TEST(RotorFitReference, TolerancesOfTheDrawingAreInTheIntervals) {
 }
 
 /// The way from the file's values ends in a false minimum; what that leaves from block to block looks like noise.
-TEST(RotorFitReference, OtherStartsAreWeightedByTheNoiseOfTheRuns) {
-  const RotorCase machine = make_rotor_case(10004, {.errors = {0.01, 0.001, 2e-3, 0.005}});
+TEST(RotorFitReference, AFalseMinimumIsLeft) {
+  const RotorCase machine = make_rotor_case(10005, {.second_critical = false, .linear = true});
   FitSetup setup = setup_of(machine);
-  setup.tolerance = {0.01, 0.001, 2e-3, 0.005, 0.05};
+  setup.stiffness = setup.damping = OverSpeed::linear;
   const RotorFit fit = fit_rotor(machine.drawing, setup, order_runs(machine));
-  EXPECT_TRUE(fit.misfit.explained) << fit.misfit.deviations << " " << fit.misfit.band_deviations;
+  EXPECT_TRUE(fit.misfit.explained) << fit.misfit.most();
   EXPECT_GT(fit.starts, 1);
-  for (std::size_t k = 0; k < 2; ++k)
-    EXPECT_NEAR(fit.rotor.supports[k].law.stiffness[0](0, 0) / machine.rig.bearings[k].kx, 1, 0.006);
+  EXPECT_LT(fit.misfit.scatter_ratio, 1.2);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::vector<Eigen::Matrix2d>& over_speed = fit.rotor.supports[k].law.stiffness;
+    EXPECT_NEAR(0.5 * (over_speed.front() + over_speed.back())(0, 0) / machine.rig.bearings[k].kx, 1, 0.03);
+  }
 }
 
 TEST(RotorFitReference, AFitThatRunsOutOfStepsIsNotTrusted) {

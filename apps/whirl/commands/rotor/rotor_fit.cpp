@@ -44,8 +44,9 @@ void say_fit(const shaft::RotorFit& fit, const std::vector<shaft::OrderRun>& run
                             run.speed.minCoeff() * kRpmPerRadPerSec, run.speed.maxCoeff() * kRpmPerRadPerSec,
                             run.blocks(), run.turns));
   session.say(
-      fmt::format("misfit             chi-square {:.4g} (1: the noise alone), {:.1f} standard deviations; {}",
-                  fit.misfit.chi_square, fit.misfit.deviations,
+      fmt::format("misfit             chi-square {:.4g} (1: the noise alone), {:.2g} times the scatter of the runs, "
+                  "{:.1f} standard deviations; {}",
+                  fit.misfit.chi_square, fit.misfit.scatter_ratio, fit.misfit.most(),
                   fit.misfit.explained ? "the model explains the records" : "the model does not explain the records"));
   session.say(fmt::format("descents           {}, {} iterations", fit.starts, fit.iterations));
   session.say(report::to_text(unknown_table(fit)));

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 
 #include "rotor.hpp"
 #include "rotor_drawing.hpp"
@@ -23,28 +25,36 @@ struct RotorModesOptions {
   int count = 6;
 };
 
-/// Deflection along the shaft at the instant of the largest one.
+/// The shaft at the instant of its largest deflection, and the orbits of stations along it.
+void draw_mode(report::Figure& figure, const shaft::Mode& m, const Eigen::VectorXd& z) {
+  constexpr Eigen::Index kOrbits = 12, kPoints = 48;
+  report::Panel& panel =
+      figure.panel(fmt::format("{:.4g} Hz, {}", m.frequency() / kTwoPi, whirl_word(m.direction)),
+                   {"position", report::engineering_unit(Quantity::displacement, z.cwiseAbs().maxCoeff())}, {"x", {}});
+  panel.kind = report::Panel::Kind::projected;
+  panel.z.label = "y, largest 1";
+  panel.line3("shaft", z, m.x.real(), m.y.real(), {.color = 0, .width = 2});
+  const Eigen::Index step = std::max<Eigen::Index>(1, (z.size() - 1) / kOrbits);
+  const Eigen::VectorXcd turn =
+      (std::complex<double>(0, 1) * Eigen::ArrayXd::LinSpaced(kPoints + 1, 0, kTwoPi)).exp().matrix();
+  for (Eigen::Index k = 0; k < z.size(); k += step)
+    panel.line3(k == 0 ? "orbits" : "", Eigen::VectorXd::Constant(kPoints + 1, z[k]), (m.x[k] * turn).real(),
+                (m.y[k] * turn).real(), {.color = 1, .width = 0.8});
+  for (report::Axis* axis : {&panel.y, &panel.z}) axis->low = -1.1, axis->high = 1.1;
+}
+
 report::Figure mode_figure(const LoadedRotor& loaded, const std::vector<shaft::Mode>& modes, const std::string& file) {
   const shaft::System& system = loaded.system;
   report::Figure figure;
   figure.title = "The rotor and its modes";
   figure.description =
-      "The rotor to scale, and the deflection of the shaft in each mode at the instant of its largest deflection.";
+      "The rotor to scale. Of each mode the shaft at the instant of its largest deflection, and the orbits of stations "
+      "along it.";
   figure.columns = 2;
   draw_rotor(figure, loaded.rotor);
   const auto n = static_cast<Eigen::Index>(system.nodes.size());
   const Eigen::VectorXd z = Eigen::Map<const Eigen::VectorXd>(system.nodes.data(), n);
-  for (const shaft::Mode& m : modes) {
-    report::Panel& panel =
-        figure.panel(fmt::format("{:.4g} Hz, {}", m.frequency() / kTwoPi, whirl_word(m.direction)),
-                     {"position", report::engineering_unit(Quantity::displacement, z.cwiseAbs().maxCoeff())},
-                     {"deflection, largest 1", {}});
-    panel.height = 130;
-    panel.line("x", z, m.x.real(), {.color = 0});
-    panel.line("y", z, m.y.real(), {.color = 1, .dash = report::Dash::dashed});
-    panel.y.low = -1.1;
-    panel.y.high = 1.1;
-  }
+  for (const shaft::Mode& m : modes) draw_mode(figure, m, z);
   figure.runs = {std::filesystem::path(file).filename().string()};
   return figure;
 }
@@ -102,7 +112,7 @@ void add_rotor_modes(CommandLine& rotor, Session& session) {
   sub->add_option("ROTOR", o->rotor, "rotor file")->input()->required();
   sub->add_option("--speed-rpm", o->speed_rpm, "speed of the shaft")->range(0, 1e7)->show_default();
   sub->add_option("--count", o->count, "modes listed")->range(1, 100)->show_default();
-  sub->add_option("--figure", o->figure, "the rotor to scale and its mode shapes (.svg, .png, .pdf, .csv)")->output();
+  sub->add_option("--figure", o->figure, "the rotor to scale and its modes with orbits (.svg, .png, .pdf, .csv)")->output();
 }
 
 }  // namespace whirl::app

@@ -127,6 +127,8 @@ Json fit_json(const RotorFit& fit, const std::vector<VirtualProbe>& motions, con
                          .set("band_run", fit.misfit.band_run)
                          .set("band_from", fit.misfit.band_from)
                          .set("band_to", fit.misfit.band_to)
+                         .set("scatter_ratio", fit.misfit.scatter_ratio)
+                         .set("scatter_deviations", fit.misfit.scatter_deviations)
                          .set("explained", fit.misfit.explained))
       .set("unknowns", std::move(unknowns))
       .set("noise", fit.noise)

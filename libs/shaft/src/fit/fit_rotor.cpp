@@ -100,10 +100,13 @@ class RotorFitter {
   void search(FitProblem& problem) {
     descend_in_stages(problem, point_, sum_, options_.max_iterations);
     settle(problem);
-    const double enough = kFalseMinimum * static_cast<double>(problem.equations());
+    const auto false_minimum = [&] {
+      const FitMisfit m = misfit_of(problem, set_.size());
+      return !(m.chi_square < kFalseMinimum) || m.above_scatter();
+    };
     std::mt19937_64 random(1);
-    bool better = true;
-    for (int k = 0; k < options_.restarts && !(sum_.cost < enough); ++k) {
+    bool better = true, open = false_minimum();
+    for (int k = 0; k < options_.restarts && open; ++k) {
       ++result_.starts;
       // By the noise of the runs: what a false minimum leaves from block to block hides the way to another.
       problem.reset_noise();
@@ -116,6 +119,7 @@ class RotorFitter {
       if (!better) continue;
       point_ = other;
       settle(problem);
+      open = false_minimum();
     }
     if (!better) settle(problem);
   }
@@ -191,13 +195,13 @@ class RotorFitter {
       std::string because = fmt::format(
           ": geometry, supports or unbalance stations differ from the file beyond its tolerances ({:.1f} standard "
           "deviations)",
-          m.deviations);
+          m.most());
       if (m.band_deviations > kBandLimit)
         because += fmt::format("; most at {:.0f} to {:.0f} rpm of {}", m.band_from * 30 / M_PI, m.band_to * 30 / M_PI,
                                m.band_run);
       s.add({FindingCode::model_error,
              Consequence::no_trust,
-             {{"chi_square", m.chi_square}, {"deviations", std::max(m.deviations, m.band_deviations)}},
+             {{"chi_square", m.chi_square}, {"deviations", m.most()}},
              m.band_run},
             because);
       s.trust = "Do not trust this model: the records contradict the rotor file.";

@@ -33,6 +33,27 @@ double correlation_deviations(const MatrixXcd& r, Index first, Index count) {
   return sum / std::sqrt(2 * pairs);  // each product of unit normals has variance 1, two of them a pair
 }
 
+/// Mean over runs and probes of the residual's variance over that of the run's own scatter, and how far it is from 1.
+void compare_with_scatter(const FitProblem& problem, FitMisfit& m) {
+  // Standard deviation of the ratio times the root of the blocks: 1.9 to 2.1 by simulation, mostly of the median.
+  constexpr double kSpread = 2.0;
+  double sum = 0, count = 0, variance = 0;
+  for (std::size_t k = 0; k < problem.runs().size(); ++k) {
+    const OrderRun& run = problem.runs()[k];
+    const MatrixXcd& r = problem.residuals()[k].value;
+    const Eigen::VectorXd plain = scatter(run);
+    const auto blocks = static_cast<double>(r.cols());
+    for (Index p = 0; p < r.rows(); ++p) {
+      const double sd = std::max(plain[p], least_noise(run, p)) / problem.noise(k, p);
+      sum += r.row(p).squaredNorm() / (2 * blocks * sd * sd);
+      variance += kSpread * kSpread / blocks;
+      ++count;
+    }
+  }
+  m.scatter_ratio = sum / count;
+  m.scatter_deviations = (sum - count) / std::sqrt(variance);
+}
+
 }  // namespace
 
 void renew_noise(FitProblem& problem) {
@@ -75,7 +96,8 @@ FitMisfit misfit_of(const FitProblem& problem, Index unknowns) {
   const double free = std::max(1.0, equations - static_cast<double>(unknowns));
   m.chi_square = (squares / free) / (differences / (2 * pairs));
   m.deviations = (m.chi_square - 1) * std::sqrt(equations);
-  m.explained = m.deviations <= kMisfitLimit && m.band_deviations <= kBandLimit;
+  compare_with_scatter(problem, m);
+  m.explained = std::abs(m.deviations) <= kMisfitLimit && m.band_deviations <= kBandLimit && !m.above_scatter();
   return m;
 }
 

@@ -77,7 +77,7 @@ io::Json to_json(const RotorRecognition& found) {
                   .set("possible", c.possible())
                   .set("explains", c.explains)
                   .set("chi_square", c.misfit.chi_square)
-                  .set("deviations", std::max(c.misfit.deviations, c.misfit.band_deviations))
+                  .set("deviations", c.misfit.most())
                   .set("inertia", c.inertia)
                   .set("inertia_fits", c.inertia_fits));
   return io::start_document("whirl.rotor_which", 1)

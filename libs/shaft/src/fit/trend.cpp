@@ -67,7 +67,7 @@ FitTrend fit_trend(const Rotor& rotor, const FitSetup& setup, const std::vector<
     if (!fit.misfit.explained)
       trend.summary.add({FindingCode::model_error,
                          Consequence::warning,
-                         {{"chi_square", fit.misfit.chi_square}, {"deviations", fit.misfit.deviations}},
+                         {{"chi_square", fit.misfit.chi_square}, {"deviations", fit.misfit.most()}},
                          run.name},
                         ": run " + run.name + " contradicts the rotor file and is left out of the trend");
     found.push_back(fit_rows(fit));

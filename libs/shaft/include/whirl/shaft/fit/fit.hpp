@@ -1,5 +1,7 @@
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <complex>
 #include <memory>
 #include <string>
@@ -66,18 +68,28 @@ struct NextRun {
 
 /// Misfit of the records. `chi_square`: variance of the residual over that of its differences from block to block
 /// (von Neumann, Ann. Math. Stat. 12, 1941, 367-395): the noise is the data's own scatter, and a misfit that is smooth
-/// over speed stands out.
+/// over speed stands out. One that is as rough as noise stands out against the scatter of the runs alone.
 struct FitMisfit {
   double chi_square = 1;
   double deviations = 0;       ///< its distance from 1 in standard deviations of that ratio
   double band_deviations = 0;  ///< the largest of the same in a band of one run
   std::string band_run;
   double band_from = 0, band_to = 0;  ///< rad/s
-  bool explained = true;              ///< neither is above its limit
+  double scatter_ratio = 1;           ///< residual's variance over that of the runs' own scatter, mean of all probes
+  double scatter_deviations = 0;      ///< its distance from 1 in standard deviations
+  bool explained = true;              ///< none is beyond its limit
+
+  bool above_scatter() const;
+  /// The largest of all deviations.
+  double most() const { return std::max({std::abs(deviations), band_deviations, scatter_deviations}); }
 };
-/// Limits of both for a false alarm in a thousand fits: 3.3 one-sided is 5e-4; a band is one of 8 of each run, 4.2 is
-/// 1.3e-5 each.
-inline constexpr double kMisfitLimit = 3.3, kBandLimit = 4.2;
+/// Limits for a false alarm in a thousand fits: 3.3 two-sided is 1e-3; a band is one of 8 of each run, 4.2 is 1.3e-5
+/// each. The scatter counts curvature of the response too, so that a right fit lies below it: 0.5 to 0.95 in 20 rotors.
+/// Noise that is uneven over speed lies above it; half more is allowed.
+inline constexpr double kMisfitLimit = 3.3, kBandLimit = 4.2, kScatterLimit = 1.5;
+inline bool FitMisfit::above_scatter() const {
+  return scatter_ratio > kScatterLimit && scatter_deviations > kMisfitLimit;
+}
 
 class FitModel;  // private to the library: the fitted rotor in few coordinates
 
