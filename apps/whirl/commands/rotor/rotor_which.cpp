@@ -42,8 +42,7 @@ void rotor_which(const RotorWhichOptions& o, Session& session) {
                c.possible()  ? "possible"
                : !c.explains ? "does not explain the vibration"
                              : "does not explain the acceleration",
-               report::format_fixed(c.misfit.most(), 1),
-               report::format_number(c.inertia, 3)});
+               report::format_fixed(c.misfit.most(), 1), report::format_number(c.inertia, 3)});
   table.notes = {
       fmt::format("misfit: standard deviations beyond the noise; possible up to {:g}, {:g} in one band of speeds",
                   shaft::kMisfitLimit, shaft::kBandLimit)};

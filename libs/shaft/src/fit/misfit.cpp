@@ -70,6 +70,7 @@ void renew_noise(FitProblem& problem) {
 FitMisfit misfit_of(const FitProblem& problem, Index unknowns) {
   FitMisfit m;
   double squares = 0, differences = 0, equations = 0, pairs = 0;
+  bool rough = true;  // the residual itself sets the noise everywhere, not the accuracy of the model
   for (std::size_t k = 0; k < problem.runs().size(); ++k) {
     const OrderRun& run = problem.runs()[k];
     const MatrixXcd& r = problem.residuals()[k].value;
@@ -78,7 +79,9 @@ FitMisfit misfit_of(const FitProblem& problem, Index unknowns) {
     for (Index p = 0; p < r.rows(); ++p) {
       const double count = 2 * static_cast<double>(r.cols() - 1);
       const double least = least_noise(run, p) / problem.noise(k, p);
-      differences += std::max(squared_differences(r, p), 2 * count * least * least);
+      const double seen = squared_differences(r, p), floor = 2 * count * least * least;
+      differences += std::max(seen, floor);
+      rough = rough && seen > floor;
       pairs += count;
     }
     const Index bands = std::min(kBands, r.cols() / 8);
@@ -97,6 +100,7 @@ FitMisfit misfit_of(const FitProblem& problem, Index unknowns) {
   m.chi_square = (squares / free) / (differences / (2 * pairs));
   m.deviations = (m.chi_square - 1) * std::sqrt(equations);
   compare_with_scatter(problem, m);
+  if (!rough) m.deviations = std::max(0.0, m.deviations);
   m.explained = std::abs(m.deviations) <= kMisfitLimit && m.band_deviations <= kBandLimit && !m.above_scatter();
   return m;
 }
