@@ -3,7 +3,7 @@ import warnings
 
 import numpy as np
 
-from . import _whirl
+from . import _earlier, _whirl
 from ._base import BaseEstimator, clone
 
 
@@ -89,6 +89,7 @@ class STLSQ(Optimizer):
 
     _starts = True
 
+    @_earlier.refuses(_earlier.REGRESSION)
     def __init__(self, threshold=0.1, alpha=0.05, max_iter=20, ridge_kw=None, normalize_columns=False, copy_X=True,
                  initial_guess=None, verbose=False, sparse_ind=None, unbias=True):
         self.threshold = threshold
@@ -119,6 +120,7 @@ class SR3(Optimizer):
 
     _starts = True
 
+    @_earlier.refuses(_earlier.SR3)
     def __init__(self, reg_weight_lam=0.005, regularizer="L0", relax_coeff_nu=1.0, tol=1e-5, trimming_fraction=0.0,
                  trimming_step_size=1.0, max_iter=30, copy_X=True, initial_guess=None, normalize_columns=False,
                  verbose=False, unbias=False):

@@ -18,6 +18,17 @@ FIT = {
     "n_candidates_to_drop": "give it to EnsembleOptimizer",
 }
 
+REGRESSION = {
+    "fit_intercept": "a constant is a term of the library, PolynomialLibrary(include_bias=True)",
+    "normalize": "use normalize_columns",
+}
+SR3 = REGRESSION | {
+    "threshold": "use the weight lambda; with \"l0\" that is reg_weight_lam=SR3.calculate_l0_weight(threshold, relax_coeff_nu)",
+    "thresholds": "give the array to reg_weight_lam, by SR3.calculate_l0_weight(thresholds, relax_coeff_nu) with \"weighted_l0\"",
+    "thresholder": "use regularizer",
+    "nu": "use relax_coeff_nu",
+}
+
 
 def refuses(instead):
     """Wraps a method: arguments among `instead` are refused with what to write now."""
