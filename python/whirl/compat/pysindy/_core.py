@@ -6,7 +6,7 @@ import numpy as np
 from ..._model import SparseModel, as_seconds, as_states, drive_at
 from ...libraries import PolynomialLibrary
 from ...optimizers import STLSQ
-from ..._earlier import FIT, MODEL, refuses
+from ._earlier import FIT, MODEL, refuses
 from .differentiation import FiniteDifference
 
 

@@ -4,7 +4,5 @@ _Method = TypeVar("_Method", bound=Callable[..., object])
 
 MODEL: dict[str, str]
 FIT: dict[str, str]
-REGRESSION: dict[str, str]
-SR3: dict[str, str]
 
 def refuses(instead: dict[str, str]) -> Callable[[_Method], _Method]: ...
