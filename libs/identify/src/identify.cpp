@@ -8,6 +8,7 @@
 
 #include "bounds/linear_bounds.hpp"
 #include "evidence/compare_all.hpp"
+#include "evidence/magnitudes.hpp"
 #include "evidence/model_verdict.hpp"
 #include "evidence/part_agreement.hpp"
 #include "record/bridge_gaps.hpp"
@@ -402,6 +403,7 @@ Identification identify(const std::vector<Recording>& records, const IdentifyOpt
   } else {
     found.evidence.range.reset();
   }
+  detail::keep_magnitudes(found.model);
   return found;
 }
 

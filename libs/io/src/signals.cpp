@@ -9,6 +9,7 @@
 
 #include "formats/format.hpp"
 #include "formats/parts/rows.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/remarks.hpp"
 
@@ -200,7 +201,8 @@ Recording recording_of(const SignalFile& file, const CsvOptions& options) {
   }
   require_channels(recording, options.required);
   if (recording.size() < options.min_samples) {
-    throw failure(file, fmt::format("{} samples; at least {} are needed", recording.size(), options.min_samples));
+    throw failure(file,
+                  fmt::format("{}; at least {} are needed", counted(recording.size(), "sample"), options.min_samples));
   }
   if (options.gaps)
     check_with_gaps(recording);

@@ -59,7 +59,7 @@ TEST(InfoE2e, EveryFlagHasItsEffectOrIsRefused) {
   ASSERT_EQ(folder.whirl("convert a.csv b.h5").exit_code, 0);
   const Outcome some = folder.whirl("info b.h5 --columns acc:shaken_m_s2");
   EXPECT_EQ(some.exit_code, 0) << some.err;
-  EXPECT_NE(some.out.find("1 channels,"), std::string::npos) << some.out;
+  EXPECT_NE(some.out.find("1 channel,"), std::string::npos) << some.out;
   EXPECT_NE(some.out.find("shaken"), std::string::npos) << some.out;
   struct Call {
     const char *flags, *message;

@@ -3,6 +3,7 @@
 #include "command.hpp"
 #include "commands/machine/record_options.hpp"
 #include "commands/modal/response_options.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/io/formats.hpp"
 #include "whirl/io/record_stream.hpp"
 
@@ -12,7 +13,8 @@ namespace {
 void convert_parts(const RecordOptions& record, const std::string& in, const std::string& out, Session& session) {
   const io::Converted done = io::convert_in_parts(in, out, record.csv(), record.part_rows(),
                                                   [&session](double share) { session.progress("convert", share); });
-  session.say(fmt::format("{}: {} channels, {} samples at {:.9g} Hz", out, done.channels, done.samples, done.rate));
+  session.say(fmt::format("{}: {}, {} at {:.9g} Hz", out, counted(done.channels, "channel"),
+                          counted(done.samples, "sample"), done.rate));
 }
 
 }  // namespace
@@ -46,15 +48,15 @@ void add_convert(CommandLine& app, Session& session) {
           io::write_responses(o->out, *frf);
           for (const std::string& remark : frf->summary.warnings)
             fmt::print(stderr, "whirl: warning: {}: {}\n", o->in, remark);
-          session.say(fmt::format("{}: {} frequency responses of {} lines", o->out, frf->channels.size(),
-                                  frf->frequency.size()));
+          session.say(fmt::format("{}: {} of {}", o->out, counted(frf->channels.size(), "frequency response"),
+                                  counted(frf->frequency.size(), "line")));
           return;
         }
         o->record.gaps = true;
         const Recording record = o->record.read(o->in);
         io::write_recording(o->out, record);
-        session.say(fmt::format("{}: {} channels, {} samples at {:.9g} Hz", o->out, record.channels.size(),
-                                record.size(), record.rate()));
+        session.say(fmt::format("{}: {}, {} at {:.9g} Hz", o->out, counted(record.channels.size(), "channel"),
+                                counted(record.size(), "sample"), record.rate()));
       });
   sub->add_option("IN", o->in, "file to read")->input()->required();
   sub->add_option("OUT", o->out, "file to write")->output("signals")->required();

@@ -8,6 +8,7 @@
 #include "command.hpp"
 #include "commands/machine/record_options.hpp"
 #include "whirl/core/control_types.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/formats.hpp"
 #include "whirl/io/record_stream.hpp"
@@ -39,9 +40,9 @@ void tell(const rt::LoopRecord& record, const std::string& file, Session& sessio
     left_out += s.missed;
     if (trip == Fault::none) trip = static_cast<Fault>(s.trip);
   }
-  session.say(fmt::format(
-      "{}: recording of a loop, {} cycles at {:g} Hz ({:.2f} s), {} armed, {} ticks left out, trip: {}", file,
-      record.cycles.size(), 1 / h, h * static_cast<double>(record.cycles.size()), armed, left_out, to_string(trip)));
+  session.say(fmt::format("{}: recording of a loop, {} at {:g} Hz ({:.2f} s), {} armed, {} left out, trip: {}", file,
+                          counted(record.cycles.size(), "cycle"), 1 / h, h * static_cast<double>(record.cycles.size()),
+                          armed, counted(left_out, "tick"), to_string(trip)));
   session.say(fmt::format("peak x {:.4g} mm, y {:.4g} mm, force {:.4g} N and {:.4g} N (zero-to-peak)", 1e3 * peak[0],
                           1e3 * peak[1], peak[2], peak[3]));
   for (const rt::LoopEvent& e : record.events) session.say(fmt::format("  tick {}: {}", e.tick, e.text));
