@@ -231,7 +231,7 @@ TEST(Signals, AtfxTablesHaveTheirTime) {
   EXPECT_EQ(record["acc"], Eigen::Vector4d(1, 2.5, -3, 0.4));
   EXPECT_EQ(record["part"], Eigen::Vector4d(1, 2, 3, 4));
   EXPECT_EQ(record.at("acc").quantity, Quantity::acceleration);
-  EXPECT_THAT(file.contents, Contains("1 columns of text"));
+  EXPECT_THAT(file.contents, Contains("1 column of text"));
 }
 
 TEST(Signals, DamagedFilesAreErrorsThatNameThePlace) {

@@ -58,7 +58,7 @@ void rotor_response(const RotorResponseOptions& o, Session& session) {
   if (curves.empty()) throw Error(o.rotor + ": no [[probe]] and no [[disc]]: nothing to look at");
   report::Table table;
   table.caption = "resonances";
-  table.columns = {{"place", ""}, {"speed", "rpm"}, {"peak", "um"}, {"amplification", "times"}};
+  table.columns = {{"place", ""}, {"speed", "rpm"}, {"peak, 0-p", "um"}, {"amplification", "times"}};
   std::vector<shaft::Reading> readings;
   for (const pages::PlaceCurve& c : curves) {
     readings.push_back({c.name, c.position, c.angle, shaft::peaks(r.speeds, c.amplitude)});
