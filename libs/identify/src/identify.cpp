@@ -8,12 +8,12 @@
 
 #include "bounds/linear_bounds.hpp"
 #include "evidence/compare_all.hpp"
-#include "evidence/magnitudes.hpp"
 #include "evidence/model_verdict.hpp"
 #include "evidence/part_agreement.hpp"
 #include "record/bridge_gaps.hpp"
 #include "record/damaged_records.hpp"
 #include "rules/chi_square.hpp"
+#include "rules/magnitudes.hpp"
 #include "tilt/adopt_tilt.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"

@@ -1,4 +1,4 @@
-#include "evidence/magnitudes.hpp"
+#include "rules/magnitudes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,14 +1,16 @@
-#include "evidence/magnitudes.hpp"
-
+#pragma once
 #include <algorithm>
 #include <numbers>
 #include <string>
 
+#include "whirl/core/identified_model.hpp"
 #include "whirl/core/magnitude.hpp"
 
 namespace whirl::identification::detail {
 
-void keep_magnitudes(IdentifiedModel& model) {
+/// Intervals of the parameters that are sizes of vectors ("e" beside "e_phase"): never below zero, and near it by the
+/// law of a size (core/magnitude.hpp). Where zero is within, any phase is.
+inline void keep_magnitudes(IdentifiedModel& model) {
   for (auto& [name, size] : model.parameters) {
     const std::string of_phase = name + "_phase";
     const auto phase = std::ranges::find(model.parameters, of_phase, &std::pair<std::string, Estimate>::first);
