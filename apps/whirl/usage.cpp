@@ -36,7 +36,9 @@ std::string hint(const std::string& text, bool several) {
   if (rest == text || rest.empty()) return "";
   if (rest[0] == ',')
     return fmt::format(", with a point before its decimals{}", several ? "; several are separated by spaces" : "");
-  if (std::isalpha(static_cast<unsigned char>(rest[0])) != 0 || rest[0] == ' ' || rest[0] == '%')
+  if (rest[0] == '%')
+    return ", without %: a share as in 0.1; 10 % above 1500 is 1650, and 1.1 where the flag is a factor";
+  if (std::isalpha(static_cast<unsigned char>(rest[0])) != 0 || rest[0] == ' ')
     return ", without a unit: the flag's name or its help states it";
   return "";
 }

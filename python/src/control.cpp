@@ -104,8 +104,10 @@ void bind_design(py::module_& m) {
           "suppression", [](const tuning::ClosedLoopMetrics& v) { return segment_dict(v.suppression); },
           "1 - closed / open")
       .def_readonly("standstill_rms", &tuning::ClosedLoopMetrics::standstill_rms, "m")
-      .def_readonly("force_rms", &tuning::ClosedLoopMetrics::force_rms, "N")
-      .def_readonly("force_peak", &tuning::ClosedLoopMetrics::force_peak, "N")
+      .def_readonly("force_rms", &tuning::ClosedLoopMetrics::force_rms, "N, x axis")
+      .def_readonly("force_peak", &tuning::ClosedLoopMetrics::force_peak, "N, x axis")
+      .def_readonly("force_y_rms", &tuning::ClosedLoopMetrics::force_y_rms, "N, y axis")
+      .def_readonly("force_y_peak", &tuning::ClosedLoopMetrics::force_y_peak, "N, y axis")
       .def_readonly("total_variation", &tuning::ClosedLoopMetrics::total_variation, "N/s")
       .def_readonly("saturated", &tuning::ClosedLoopMetrics::saturated, "share of ticks at the force limit")
       .def_readonly("stable", &tuning::ClosedLoopMetrics::stable);

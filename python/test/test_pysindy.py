@@ -123,6 +123,10 @@ def test_bad_input_is_named(call, message):
     (lambda: ps.SINDy().fit([], 0.1, multiple_trajectories=True), "list of trajectories"),
     (lambda: ps.SINDy().fit([], 0.1, ensemble=True), "EnsembleOptimizer"),
     (lambda: ps.SINDy().fit([], 0.1, quiet=True), "leave it out"),
+    (lambda: ps.SR3(threshold=0.1), "reg_weight_lam=SR3.calculate_l0_weight"),
+    (lambda: ps.SR3(thresholder="l1"), "use regularizer"),
+    (lambda: ps.SR3(nu=1), "use relax_coeff_nu"),
+    (lambda: ps.STLSQ(fit_intercept=True), "include_bias"),
 ])
 def test_arguments_of_earlier_versions_say_what_to_write(make, instead):
     with pytest.raises(TypeError, match=f"PySINDy 1.x: .*{instead}"):

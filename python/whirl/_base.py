@@ -1,5 +1,6 @@
 """What the modules share: the rules of scikit-learn for an estimator, with or without scikit-learn, and types."""
 import copy
+import functools
 import warnings
 from typing import Any
 
@@ -77,3 +78,19 @@ def not_fitted(estimator):
     except ImportError:  # pragma: no cover
         kind = ValueError
     return kind(f"this {type(estimator).__name__} is not fitted yet: call fit first")
+
+
+def refuses(instead):
+    """Wraps a method: arguments of PySINDy 1.x among `instead` are refused, with what to write now."""
+
+    def wrap(method):
+        @functools.wraps(method)
+        def call(self, *values, **named):
+            for name in named:
+                if name in instead:
+                    raise TypeError(f"{name} is of PySINDy 1.x: {instead[name]}")
+            return method(self, *values, **named)
+
+        return call
+
+    return wrap

@@ -4,7 +4,19 @@ import warnings
 import numpy as np
 
 from . import _whirl
-from ._base import BaseEstimator, clone
+from ._base import BaseEstimator, clone, refuses
+
+# Arguments of PySINDy 1.x, and what took their place.
+_EARLIER = {
+    "fit_intercept": "a constant is a term of the library, PolynomialLibrary(include_bias=True)",
+    "normalize": "use normalize_columns",
+}
+_EARLIER_SR3 = _EARLIER | {
+    "threshold": "use the weight lambda; with \"l0\" that is reg_weight_lam=SR3.calculate_l0_weight(threshold, relax_coeff_nu)",
+    "thresholds": "give the array to reg_weight_lam, by SR3.calculate_l0_weight(thresholds, relax_coeff_nu) with \"weighted_l0\"",
+    "thresholder": "use regularizer",
+    "nu": "use relax_coeff_nu",
+}
 
 
 class Optimizer(BaseEstimator):
@@ -89,6 +101,7 @@ class STLSQ(Optimizer):
 
     _starts = True
 
+    @refuses(_EARLIER)
     def __init__(self, threshold=0.1, alpha=0.05, max_iter=20, ridge_kw=None, normalize_columns=False, copy_X=True,
                  initial_guess=None, verbose=False, sparse_ind=None, unbias=True):
         self.threshold = threshold
@@ -119,6 +132,7 @@ class SR3(Optimizer):
 
     _starts = True
 
+    @refuses(_EARLIER_SR3)
     def __init__(self, reg_weight_lam=0.005, regularizer="L0", relax_coeff_nu=1.0, tol=1e-5, trimming_fraction=0.0,
                  trimming_step_size=1.0, max_iter=30, copy_X=True, initial_guess=None, normalize_columns=False,
                  verbose=False, unbias=False):

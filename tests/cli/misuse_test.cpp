@@ -53,6 +53,17 @@ TEST(MisuseE2e, WhatIsNoNumberIsRefusedByEveryFlagThatTakesOne) {
   EXPECT_GE(flags, 150);
 }
 
+// "+10%" of what? The message says how to write a share, a change and a factor.
+TEST(MisuseE2e, APercentageIsAnsweredWithTheNumberToWrite) {
+  const Folder folder;
+  for (const char* call :
+       {"response m.json --at-rpm +10%", "balance r.csv --noise 5%", "rotor modes r.toml --speed-rpm +10%"}) {
+    const Outcome outcome = folder.whirl(call);
+    EXPECT_EQ(outcome.exit_code, 2) << call;
+    EXPECT_NE(outcome.err.find("10 % above 1500 is 1650"), std::string::npos) << call << "\n" << outcome.err;
+  }
+}
+
 TEST(MisuseE2e, EveryWrongWordIsNamedWithWhatIsAllowed) {
   const Folder folder;
   copy_made(folder);

@@ -105,6 +105,14 @@ TEST(OutputsE2e, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
     }
   }
   const std::string long_name(300, 'n');
+  // A folder is written: the name of a file made a folder "m.json".
+  for (const char* call : {"margins controller.json model.json --mass-kg 1.5 --out m.json",
+                           "robustness controller.json model.json --mass-kg 1.5 --out m.html",
+                           "compare model.json --mass-kg 1.5 --out m.html"}) {
+    const Outcome outcome = folder.whirl(call);
+    EXPECT_EQ(outcome.exit_code, 2) << call;
+    EXPECT_NE(outcome.err.find("a folder is written here"), std::string::npos) << call << outcome.err;
+  }
   EXPECT_EQ(folder.whirl("identify record.csv --out " + long_name + ".json").exit_code, 2);
   for (const auto& file : fs::recursive_directory_iterator(folder / "."))
     EXPECT_EQ(file.path().string().find(".try"), std::string::npos) << file.path();

@@ -321,5 +321,16 @@ TEST(PlotE2e, TheCsvOfEveryFigureIsReadAgain) {
   EXPECT_EQ(folder.whirl("plot traces.csv --what spectrum --out again.svg --force").exit_code, 0);
 }
 
+// A table of 1X amplitudes is peak, peak-to-peak or rms: what its header does not state is said to be taken.
+TEST(PlotE2e, AnAmplitudeOfNoStatedKindIsTakenAsPeakWithAWarning) {
+  const Folder folder;
+  for (const auto& [name, warned] : {std::pair{"amp_um", true}, {"amp_pp_um", false}, {"amp_peak_um", false}}) {
+    folder.write("bode.csv", std::string("rpm,") + name + ",phase_deg\n600,10,5\n900,20,40\n1200,50,90\n1500,20,140\n");
+    const Outcome outcome = folder.whirl("plot bode.csv --what bode --out b.svg --force");
+    EXPECT_EQ(outcome.exit_code, 0) << name << outcome.err;
+    EXPECT_EQ(outcome.err.find("states no kind of amplitude") != std::string::npos, warned) << name << outcome.err;
+  }
+}
+
 }  // namespace
 }  // namespace whirl::testing

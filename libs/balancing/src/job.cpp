@@ -209,6 +209,7 @@ RawJob read_toml_job(const std::string& path, VectorConvention& v, bool may_be_e
   v.phase = s.text("job.phase", v.phase, {"lag", "lead"});
   v.amplitude = s.text("job.amplitude", v.amplitude, {"0p", "peak", "pp", "rms"});
   v.angles = s.text("job.angles", v.angles, {"with", "against"});
+  v.amplitude_stated = v.amplitude_stated || s.has("job.amplitude");
   v.sense_stated = v.sense_stated || (s.has("job.phase") && s.has("job.angles"));
   raw.planes = s.texts("job.planes", {});
   raw.probes = s.texts("job.probes", {});

@@ -191,7 +191,8 @@ SolvedJob solve_with_prior(const std::string& title, const JobFile& file, const 
     const double before = std::abs(b.baseline[m]), unknown = std::nan("");
     s.rows.push_back({file.job.rows[i], file.speeds[static_cast<std::size_t>(file.job.speed[i])],
                       scaled({before, unknown, unknown, unknown}, kind), scaled(b.residual[i], kind),
-                      phase * std::arg(b.baseline[m]), phase * std::arg(left[m]), 2 * before, 2 * b.residual[i].value});
+                      phase * std::arg(b.baseline[m]), phase * std::arg(left[m]), 2 * before, 2 * b.residual[i].value,
+                      before * kind});
     for (std::size_t p = 0; p < s.planes.size(); ++p) {
       const std::complex<double> a = b.influence(m, static_cast<Index>(p));
       s.influence.push_back({file.job.rows[i], s.planes[p].name, std::abs(a) * kind,

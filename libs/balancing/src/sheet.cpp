@@ -108,25 +108,36 @@ report::Table budget(const BalancingSheet& s) {
 
 report::Table readings(const BalancingSheet& s) {
   report::Table t;
-  t.caption = "Readings before and, predicted, after";
+  t.caption = "Readings of the rotor as found, and predicted with the masses above";
   const report::Unit unit = unit_of(s);
   const std::string shown = unit.symbol + " " + s.amplitude;
   const bool shaft = s.quantity == Quantity::displacement;
-  t.columns = {{"reading", "", report::Align::left}, {"before", shown}, {"phase", "deg"}, {"after", shown},
-               {"95 % interval", unit.symbol},       {"zone", ""}};
+  t.columns = {{"reading", "", report::Align::left},
+               {"measured as found", shown},
+               {"fitted as found", shown},
+               {"phase", "deg"},
+               {"predicted after", shown},
+               {"95 % interval", unit.symbol},
+               {"zone", ""}};
   for (const auto& r : s.rows) {
     std::string zone = "–";
     if (!s.zones.empty())
       zone = std::string{stated_zone(r.before.value, s.zones)} + " → " + stated_zone(r.after.value, s.zones);
-    else if (shaft && r.speed > 0)
+    else if (shaft && s.amplitude_stated && r.speed > 0)
       zone = std::string{diagnosis::shaft_vibration_zone(r.before_pp, r.speed)} + " → " +
              diagnosis::shaft_vibration_zone(r.after_pp, r.speed);
-    t.add({r.name, number(r.before.value / unit.factor), degrees(r.before_phase), number(r.after.value / unit.factor),
+    t.add({r.name, std::isnan(r.measured) ? "–" : number(r.measured / unit.factor),
+           number(r.before.value / unit.factor), degrees(r.before_phase), number(r.after.value / unit.factor),
            interval(r.after, 1 / unit.factor), zone});
   }
   t.notes = {
+      "As found: no masses of this job on the rotor. Measured: mean of the runs without a mass. Fitted: by all runs; "
+      "zones "
+      "compare it with what is predicted.",
       !shaft ? "no zones: those of housing vibration (ISO 20816-3) depend on the group of the machine and are of the "
                "whole velocity from 10 Hz to 1 kHz, not of its 1X part"
+      : s.zones.empty() && !s.amplitude_stated
+          ? "no zones: it is not stated whether the amplitudes are peak, pp or rms (--amplitude)"
       : s.zones.empty() ? "zones of ISO 20816-3 (shaft vibration) of the 1X part alone: guidance, not a statement of "
                           "compliance"
                         : "zones by the stated limits, of the 1X part alone"};

@@ -44,6 +44,7 @@ io::Json balancing_document(const BalancingSheet& sheet) {
   for (const BalancingSheet::Row& r : sheet.rows)
     rows.push(io::Json::object()
                   .set("reading", r.name)
+                  .set("measured_as_found", r.measured)
                   .set("before", to_json(r.before, unit))
                   .set("after", to_json(r.after, unit))
                   .set("before_phase_rad", r.before_phase)
@@ -58,6 +59,7 @@ io::Json balancing_document(const BalancingSheet& sheet) {
   io::Json out = io::start_document("whirl.balancing", 1);
   out.set("quantity", to_string(sheet.quantity))
       .set("convention", sheet.convention)
+      .set("amplitude_stated", sheet.amplitude_stated)
       .set("criterion", sheet.criterion)
       .set("planes", std::move(planes));
   out.set("readings", std::move(rows)).set("influence", std::move(influence));

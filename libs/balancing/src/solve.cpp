@@ -231,6 +231,31 @@ void add_other_sense(BalancingSheet& sheet, const JobFile& file, const JobOption
                      text_of(places_to_go(other, mirrored.planes, mirrored.correction.masses))});
 }
 
+/// The kind of the amplitudes scales the readings, not the masses.
+void note_unstated_amplitude(const JobFile& file, BalancingSheet& sheet) {
+  if (file.convention.amplitude_stated) return;
+  sheet.summary.notes.emplace_back(
+      "--amplitude is not stated: readings are printed as read, be they peak, pp or rms. The masses do not depend on "
+      "it, the zones do: none is given");
+}
+
+/// Mean vector of the runs without any mass, per reading, its size.
+Eigen::VectorXd measured_as_found(const diagnosis::BalancingJob& job) {
+  const auto rows = static_cast<Index>(job.rows.size());
+  Eigen::VectorXcd sum = Eigen::VectorXcd::Zero(rows);
+  Eigen::VectorXd count = Eigen::VectorXd::Zero(rows);
+  for (const diagnosis::BalancingRun& run : job.runs) {
+    if (run.masses.norm() > 0) continue;
+    for (Index m = 0; m < rows; ++m) {
+      // Without phases the imaginary part tells nothing but that the reading is missing.
+      if (std::isnan(std::abs(run.vibration[m]))) continue;
+      sum[m] += run.vibration[m];
+      count[m] += 1;
+    }
+  }
+  return sum.cwiseAbs().cwiseQuotient(count);  // NaN where there is none
+}
+
 /// Other masses that the lengths allow.
 void add_other_answers(BalancingSheet& sheet, const JobFile& file, const JobOptions& o, const Balanced& b) {
   if (!b.amplitudes) return;
@@ -269,6 +294,7 @@ BalancingSheet sheet_of(const std::string& title, const JobFile& file, const Job
   const std::vector<Estimate> before = readings_with(b, Eigen::VectorXcd::Zero(b.prescribed.size())),
                               after = readings_with(b, b.prescribed);
   const Eigen::VectorXcd left = b.fit.baseline + b.fit.influence * b.prescribed;
+  const Eigen::VectorXd measured = measured_as_found(file.job);
   sheet.phases = file.job.phases;
   sheet.unit = file.unit;
   for (Index m = 0; m < b.fit.baseline.size(); ++m) {
@@ -276,7 +302,7 @@ BalancingSheet sheet_of(const std::string& title, const JobFile& file, const Job
     const double speed = file.speeds[static_cast<std::size_t>(file.job.speed[i])];
     sheet.rows.push_back({file.job.rows[i], speed, scaled(before[i], amplitude), scaled(after[i], amplitude),
                           phase_of(b.fit.baseline[m], file), phase_of(left[m], file), 2 * before[i].value,
-                          2 * after[i].value});
+                          2 * after[i].value, measured[m] * amplitude});
   }
   for (Index m = 0; m < b.fit.influence.rows(); ++m)
     for (Index p = 0; p < b.fit.influence.cols(); ++p)
@@ -304,6 +330,7 @@ BalancingSheet sheet_of(const std::string& title, const JobFile& file, const Job
   add_other_answers(sheet, file, o, b);
   add_other_sense(sheet, file, o, b);
   warn_of_differing_rates(file, sheet.summary);
+  note_unstated_amplitude(file, sheet);
   return sheet;
 }
 
@@ -377,7 +404,11 @@ void add_repeatability(io::Json& out, const BalancingSheet& sheet, const diagnos
 BalancingSheet empty_sheet(const std::string& title, const VectorConvention& convention, const JobOptions& o) {
   BalancingSheet sheet;
   sheet.title = title;
-  sheet.amplitude = convention.amplitude == "pp" ? "p-p" : convention.amplitude == "rms" ? "rms" : "0-p";
+  sheet.amplitude_stated = convention.amplitude_stated;
+  sheet.amplitude = !convention.amplitude_stated    ? "as read"
+                    : convention.amplitude == "pp"  ? "p-p"
+                    : convention.amplitude == "rms" ? "rms"
+                                                    : "0-p";
   sheet.convention = fmt::format("phase {}, amplitudes {}, mass angles {} rotation", convention.phase, sheet.amplitude,
                                  convention.angles);
   sheet.lag = convention.phase == "lag";

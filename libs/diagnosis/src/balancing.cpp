@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "whirl/core/error.hpp"
+#include "whirl/core/magnitude.hpp"
 
 namespace whirl::diagnosis {
 namespace {
@@ -36,8 +37,15 @@ Region region_of(std::complex<double> eps, double re, double cross, double im) {
     r.least_turn = std::min(r.least_turn, turn);
     r.most_turn = std::max(r.most_turn, turn);
   }
-  const std::complex<double> zero = -eps * std::polar(1.0, -turned);
-  if (std::abs(zero.real()) <= a && std::pow(zero.imag(), 2) * a * a <= b * b * (a * a - std::pow(zero.real(), 2))) {
+  // Zero in standard deviations of its direction. A true size of zero lies within 1.96 of them in 95 % of all cases
+  // where the errors have that direction alone, and within 2.45 where they have all directions alike.
+  constexpr double kCircle = 2.447747;
+  const std::complex<double> zero = -eps * std::polar(1.0, -turned), beside = zero * std::complex<double>(0, 1);
+  const double least = std::max(b, 1e-12 * a);
+  const auto deviations = [&](std::complex<double> z) { return std::hypot(z.real() / a, z.imag() / least) * k95; };
+  const double apart = deviations(zero), round = std::min(1.0, apart / deviations(beside));
+  if (a > 0) r.largest = std::max(r.largest, magnitude_estimate(std::abs(eps), std::abs(eps) / apart).high);
+  if (a > 0 && apart <= k95 + round * (kCircle - k95)) {
     r.smallest = 0;
     r.least_turn = -std::numbers::pi;
     r.most_turn = std::numbers::pi;

@@ -56,6 +56,15 @@ void find_largest_line(const VectorXd& x, double dt, ChannelVibration& out) {
   out.frequency = out.line > 0 ? tone_frequency(motion, dt, block, at + first) : 0;
 }
 
+/// Has the record a force of short blows? Noise and sines of a shaker have a crest factor below 6.
+bool has_blows(const Recording& record) {
+  constexpr double kCrest = 10;
+  return std::ranges::any_of(record.channels, [](const Channel& c) {
+    ChannelVibration force;
+    return c.quantity == Quantity::force && describe(c.samples, force) && force.largest > kCrest * force.rms;
+  });
+}
+
 SynchronousPart synchronous_part(const signal::SynchronousCurve& curve, bool steady) {
   if (steady) return {std::abs(curve.vector.mean()), curve.speed.mean(), true};
   Index top = 0;
@@ -89,14 +98,16 @@ bool of_a_housing(const Channel& channel, const Recording& record) {
 std::vector<ChannelVibration> vibration_of(const Recording& record, const std::optional<Rotation>& rotation,
                                            double slow_roll) {
   std::vector<ChannelVibration> out;
+  const bool struck = has_blows(record);
   for (const Channel& c : record.channels) {
     const auto to_velocity = signal::integrations(c.quantity, Quantity::velocity);
     ChannelVibration v;
     v.channel = c.name;
     v.quantity = c.quantity;
     if (!to_velocity || !describe(c.samples, v)) continue;
+    v.struck = struck;
     if (c.samples.allFinite()) {
-      find_largest_line(c.samples, record.dt, v);
+      if (!struck) find_largest_line(c.samples, record.dt, v);
       if (rotation) {
         const signal::SynchronousCurve curve = order_curve(record, *rotation, c.name, 1, 1, slow_roll);
         if (curve.vector.size() > 0) v.synchronous = synchronous_part(curve, at_one_speed(*rotation));

@@ -45,6 +45,15 @@ TEST(AdviceIntervals, AnEllipseAlongTheEccentricityBoundsTheMassAndAcrossItTheAn
   }
 }
 
+// 2.2 standard deviations: zero lies outside of the ellipse of 1.96, and yet is no rare truth of such a size.
+TEST(AdviceIntervals, ASizeThatNoiseAloneMakesInTwentyIsNotDifferentFromZero) {
+  const BalancingAdvice a = advice(2.2e-5, 0.4, covariance_of(1e-5, 1e-5, 0.4));
+  EXPECT_EQ(a.mass_interval->low, 0);
+  EXPECT_GT(a.mass_interval->high, 20 * 4.1e-5);
+  EXPECT_NEAR(a.angle_interval->high - a.angle_interval->low, 2 * M_PI, 1e-9);
+  EXPECT_GT(advice(2.8e-5, 0.4, covariance_of(1e-5, 1e-5, 0.4)).mass_interval->low, 0);
+}
+
 TEST(AdviceIntervals, WhereZeroLiesInTheEllipseAnyAngleMayBeRight) {
   const double angle = 0.9, any = 2 * M_PI;
   const auto width = [&](double along, double across) {

@@ -68,6 +68,14 @@ TEST(RunFindingsProperty, FreeVibrationAfterThePassageIsNamedAndTheFirstOrderIsT
   EXPECT_EQ(marked, rings);
 }
 
+// From 1 Hz through 10 to 15 Hz in 14 s: five turns or so are slow enough, and it was said that there were none.
+TEST(RunFindings, ARunThatPassesTheSlowSpeedsTooFastForTheRunOutSaysSo) {
+  const VibrationFindings found = find_vibration(run_up(1, 0));
+  const auto at = std::ranges::find(found.unjudged, std::optional(VibrationCode::run_out), &Unjudged::code);
+  ASSERT_NE(at, found.unjudged.end());
+  EXPECT_EQ(at->reason, UnjudgedReason::few_slow_turns);
+}
+
 // A whirl that follows the speed is there before the passage too: in every draw it stays a whirl.
 TEST(RunFindingsProperty, AWhirlThatFollowsTheSpeedStaysAWhirl) {
   int seen = 0;

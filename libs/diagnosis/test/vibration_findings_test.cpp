@@ -91,6 +91,39 @@ TEST(VibrationFindings, APurelyElectricLineIsNoOrder) {
   EXPECT_NEAR(std::sqrt(left.squaredNorm() / static_cast<double>(left.size())), 12e-6 * std::sqrt(0.5 + 0.01), 0.3e-6);
 }
 
+// A generating set, or a two-pole motor with slip: no order, and 2 % off the supply at most.
+TEST(VibrationFindings, ALineOffTheSupplyIsNamedWithItsDistance) {
+  for (const double mains : {49.0, 49.5, 50.5, 50.05}) {
+    VibrationTruth t = motor();
+    t.turning = 17.3;
+    t.duration = 20;
+    t.line = 0.4;
+    t.mains = mains;
+    const VibrationFindings v = found_in(t, 21);
+    const VibrationFinding* line = v.find(VibrationCode::line_frequency);
+    ASSERT_NE(line, nullptr) << mains;
+    EXPECT_NEAR(line->frequency, mains, 0.1) << mains;
+    EXPECT_EQ(line->nominal, 50) << mains;
+    EXPECT_EQ(line->off_supply, mains != 50.05) << mains;
+    EXPECT_EQ(line->causes.front(), mains != 50.05 ? Cause::other_machine : Cause::pickup) << mains;
+    EXPECT_NEAR(line->size, 0.4 * 12e-6, 0.5e-6) << mains;
+  }
+}
+
+// Nothing at 49 Hz: a rotor that turns there, a whirl there and noise are no electric lines.
+TEST(VibrationFindings, WhatStandsBesideTheSupplyByItsOrderIsNoLineOfASupply) {
+  VibrationTruth t = motor();
+  t.wander = 0.2;
+  EXPECT_EQ(found_in(t, 22).find(VibrationCode::line_frequency), nullptr);
+  t = motor();
+  t.turning = 110;
+  t.whirl = 0.3;
+  t.whirl_order = 0.448;
+  const VibrationFindings whirl = found_in(t, 23);
+  EXPECT_NE(whirl.find(VibrationCode::subsynchronous), nullptr);
+  EXPECT_EQ(whirl.find(VibrationCode::line_frequency), nullptr);
+}
+
 TEST(VibrationFindings, AnOrderOnTheLineFrequencyIsSaidToBeAmbiguous) {
   VibrationTruth t = motor();
   t.turning = 49.99;
@@ -224,6 +257,14 @@ TEST(VibrationFindings, WhatCannotBeJudgedIsSaid) {
   VibrationTruth t = motor();
   t.duration = 0.5;
   EXPECT_EQ(found_in(t, 10).unjudged.front().reason, UnjudgedReason::too_few_turns);
+  // At one speed, with too few turns: it was said that the speed changes.
+  t.duration = 1;
+  const auto reason = [](const VibrationFindings& v, VibrationCode code) {
+    const auto at = std::ranges::find(v.unjudged, std::optional(code), &Unjudged::code);
+    return at == v.unjudged.end() ? std::nullopt : std::optional(at->reason);
+  };
+  for (const VibrationCode code : {VibrationCode::sidebands, VibrationCode::phase_scatter})
+    EXPECT_EQ(reason(found_in(t, 10), code), UnjudgedReason::too_few_turns);
   t.duration = 4;
   Recording r = testing::make_vibration_record(t, 11).recording;
   r.channels[0].samples.segment(100, 600).setConstant(NAN);

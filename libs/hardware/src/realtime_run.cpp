@@ -15,7 +15,7 @@
 namespace whirl::hardware {
 namespace {
 
-/// Adds one cycle; force_rms holds the sum of squares until the end.
+/// Adds one cycle; force_rms and force_y_rms hold sums of squares until the end.
 void add(RealtimeRun& run, const rt::LoopSample& s) {
   ++run.samples;
   if (s.flags & rt::kValid) {
@@ -26,6 +26,7 @@ void add(RealtimeRun& run, const rt::LoopSample& s) {
   }
   run.saturated += (s.flags & (rt::kSaturated | rt::kLimited)) != 0;
   run.force_rms += s.ux * s.ux;
+  run.force_y_rms += s.uy * s.uy;
   run.force_peak = std::max({run.force_peak, std::abs(s.ux), std::abs(s.uy)});
 }
 
@@ -136,7 +137,8 @@ RealtimeRun run_realtime(const ControllerDesign& design, const IoSettings& setti
                        .control = options.control,
                        .stop = options.stop});
   writer.finish(run);
-  run.force_rms = run.samples > 0 ? std::sqrt(run.force_rms / static_cast<double>(run.samples)) : 0;
+  for (double* square : {&run.force_rms, &run.force_y_rms})
+    *square = run.samples > 0 ? std::sqrt(*square / static_cast<double>(run.samples)) : 0;
   for (int i = 0; i < 2; ++i) run.lasers[static_cast<std::size_t>(i)] = report_of(rig, i);
   if (const rt::TachoTracker* tacho = rig.tacho()) {
     run.tacho_missing = tacho->missing();
@@ -174,6 +176,7 @@ io::Json to_json(const RealtimeRun& run) {
       .set("records_dropped", static_cast<double>(loop.dropped_records))
       .set("not_recorded", run.not_recorded);
   json.set("x_peak", run.x_peak).set("y_peak", run.y_peak).set("force_rms", run.force_rms);
+  json.set("force_y_rms", run.force_y_rms);
   if (!run.angle.empty()) json.set("angle", run.angle);
   if (run.tacho_missing >= 0) json.set("tacho_missing", run.tacho_missing).set("tacho_extra", run.tacho_extra);
   json.set("granted", loop.granted).set("refused", loop.refused);

@@ -318,6 +318,9 @@ tuning::ClosedLoopMetrics RigServer::metrics() const {
   }
   const double n = static_cast<double>(force_x_.size());
   m.force_rms = std::sqrt(square / n);
+  const Eigen::VectorXd across = vector(force_y_);
+  m.force_y_rms = std::sqrt(across.squaredNorm() / n);
+  m.force_y_peak = across.cwiseAbs().maxCoeff();
   m.total_variation /= n / rate;
   m.survived = n * static_cast<double>(ratio_) / static_cast<double>(rig_.ticks());
   tuning::JudgedRun judged;

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "whirl/control/controller.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rt/loop.hpp"
 #include "whirl/rt/realtime.hpp"
@@ -194,7 +195,7 @@ LoopSensitivity measure_sensitivity(const IoSettings& io, const ControllerDesign
     out.summary.warn(fmt::format("{} of {:.0f} ticks were left out", out.missed, ticks));
   }
   if (out.limited > 0) {
-    out.summary.warn(fmt::format("the force was at its limit in {} ticks: excite less", out.limited));
+    out.summary.warn(fmt::format("the force was at its limit in {}: excite less", counted(out.limited, "tick")));
   }
   const double peak = out.margins.peak_sensitivity, two = 2 * out.peak_deviation;
   if (tuning::sensitivity_zone(peak - two) != tuning::sensitivity_zone(peak + two)) {

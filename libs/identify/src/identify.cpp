@@ -13,6 +13,7 @@
 #include "record/bridge_gaps.hpp"
 #include "record/damaged_records.hpp"
 #include "rules/chi_square.hpp"
+#include "rules/magnitudes.hpp"
 #include "tilt/adopt_tilt.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
@@ -402,6 +403,7 @@ Identification identify(const std::vector<Recording>& records, const IdentifyOpt
   } else {
     found.evidence.range.reset();
   }
+  detail::keep_magnitudes(found.model);
   return found;
 }
 

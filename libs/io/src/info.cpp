@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::io {
@@ -315,23 +316,23 @@ FileInfo describe(SignalStream& stream, const std::function<void(double)>& progr
 }
 
 std::string to_string(const RecordingInfo& info) {
-  return fmt::format("{}: {} channels, {} samples, {:.9g} Hz, {:.6g} s\n", info.source, info.channels.size(),
-                     info.samples, info.rate, info.duration) +
+  return fmt::format("{}: {}, {}, {:.9g} Hz, {:.6g} s\n", info.source, counted(info.channels.size(), "channel"),
+                     counted(info.samples, "sample"), info.rate, info.duration) +
          channel_lines(info.channels);
 }
 
 std::string to_string(const FileInfo& info) {
   std::string out = fmt::format("{}: {}\n", info.source, info.format);
   for (const TableInfo& t : info.tables) {
-    const std::string title = t.name.empty() ? "" : t.name + ": ";
+    const std::string title = t.name.empty() ? "" : t.name + ": ", channels = counted(t.channels.size(), "channel");
     if (t.abscissa == "time" && t.step > 0) {
-      out += fmt::format("\n{}{} channels, {} samples, {:.9g} Hz, {:.6g} s\n", title, t.channels.size(), t.rows,
-                         1 / t.step, t.step * static_cast<double>(t.rows));
+      out += fmt::format("\n{}{}, {}, {:.9g} Hz, {:.6g} s\n", title, channels, counted(t.rows, "sample"), 1 / t.step,
+                         t.step * static_cast<double>(t.rows));
     } else if (t.step > 0) {
-      out += fmt::format("\n{}{} channels, {} lines from {:g} Hz in steps of {:g} Hz\n", title, t.channels.size(),
-                         t.rows, t.start, t.step);
+      out += fmt::format("\n{}{}, {} from {:g} Hz in steps of {:g} Hz\n", title, channels, counted(t.rows, "line"),
+                         t.start, t.step);
     } else {
-      out += fmt::format("\n{}{} channels, {} {}\n", title, t.channels.size(), t.rows,
+      out += fmt::format("\n{}{}, {} {}\n", title, channels, t.rows,
                          t.abscissa == "rows" ? "rows without an axis" : t.abscissa + " values that are not uniform");
     }
     out += channel_lines(t.channels);

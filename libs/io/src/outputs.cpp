@@ -76,6 +76,14 @@ constexpr std::array kEndings{Ending{".svg", "SVG"},      Ending{".png", "PNG"},
                               Ending{".html", "HTML"},    Ending{".htm", "HTML"}, Ending{".fmu", "zip"},
                               Ending{".toml", "settings"}};
 
+/// Does the name end as those of the files that whirl writes?
+bool is_file_name(const fs::path& path) {
+  const std::string ending = path.extension().string();
+  constexpr std::array<std::string_view, 4> kOthers{".json", ".csv", ".md", ".txt"};
+  return std::ranges::any_of(kEndings, [&](const Ending& e) { return e.ending == ending; }) ||
+         std::ranges::find(kOthers, ending) != kOthers.end();
+}
+
 /// Asks the system rather than the permission bits: read-only file systems, quotas and ACLs answer too.
 void try_writing(const PlannedOutput& output) {
   const auto refuse = [&](const std::string& reason) {
@@ -90,6 +98,8 @@ void try_writing(const PlannedOutput& output) {
     if (fs::exists(status) && !fs::is_regular_file(status)) return;  // a pipe or a device is written through
   } else if (fs::exists(status) && !fs::is_directory(status)) {
     refuse("is a file; give the name of a folder");
+  } else if (!fs::exists(status) && is_file_name(output.path)) {
+    refuse("a folder is written here, and this is the name of a file; leave out " + output.path.extension().string());
   }
   fs::path folder = output.folder ? output.path : output.path.parent_path();
   if (folder.empty()) folder = ".";

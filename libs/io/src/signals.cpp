@@ -7,7 +7,9 @@
 #include <charconv>
 #include <cmath>
 
+#include "formats/format.hpp"
 #include "formats/parts/rows.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/remarks.hpp"
 
@@ -139,7 +141,11 @@ std::pair<Quantity, Eigen::VectorXd> in_si(const Chosen& chosen, const SignalFil
   if (unit != nullptr && !signal.quantity) {
     return {unit->quantity, signal.value.unaryExpr([&](double v) { return unit->to_si(chosen.choice.factor * v); })};
   }
-  if (unit != nullptr && (*signal.quantity != unit->quantity || chosen.choice.factor != 1)) {
+  // The file's values are in its unit: another one contradicts it, as does a factor.
+  const UnitSuffix* const stated = unit_from_label(signal.unit);
+  const bool other = stated != nullptr && unit != nullptr && stated->quantity == unit->quantity &&
+                     std::abs(stated->to_si(1) - unit->to_si(1)) > 1e-9 * std::abs(unit->to_si(1));
+  if (unit != nullptr && (*signal.quantity != unit->quantity || chosen.choice.factor != 1 || other)) {
     throw failure(file, fmt::format("channel '{}' is in {} by the file: it cannot be taken in {}", signal.name,
                                     signal.unit, unit->suffix));
   }
@@ -161,6 +167,12 @@ void require_channels(const Recording& recording, const std::vector<std::string>
 }
 
 }  // namespace
+
+void check_with_gaps(const Recording& recording) {
+  Recording filled = recording;
+  for (Channel& c : filled.channels) c.samples = c.samples.array().isNaN().select(0.0, c.samples);
+  filled.check();
+}
 
 Recording recording_of(const SignalFile& file, const CsvOptions& options) {
   for (const std::string& finding : file.findings) remark(file.source, finding);
@@ -189,9 +201,13 @@ Recording recording_of(const SignalFile& file, const CsvOptions& options) {
   }
   require_channels(recording, options.required);
   if (recording.size() < options.min_samples) {
-    throw failure(file, fmt::format("{} samples; at least {} are needed", recording.size(), options.min_samples));
+    throw failure(file,
+                  fmt::format("{}; at least {} are needed", counted(recording.size(), "sample"), options.min_samples));
   }
-  recording.check();
+  if (options.gaps)
+    check_with_gaps(recording);
+  else
+    recording.check();
   return recording;
 }
 

@@ -68,6 +68,22 @@ TEST(CsvHeader, ForeignColumnsAreNamedAndCalibrated) {
   EXPECT_THAT(csv_header_error(text, options), HasSubstr("furlong"));
 }
 
+// The header says mm, --columns um: one of them is wrong, and a factor says which calibration is meant.
+TEST(CsvHeader, AUnitAgainstThatOfTheHeaderIsRefused) {
+  for (const std::string header : {"t_s,x [mm]\n", "t_s,x_mm\n", "t_s,x [V]\n"}) {
+    const std::string text = header + "0,8\n0.5,4\n", name = header.substr(4, header.size() - 5);
+    CsvOptions options;
+    options.columns = {"t_s", name + ":x_um"};
+    const std::string error = csv_header_error(text, options);
+    EXPECT_THAT(error, AllOf(HasSubstr(name + ":x_um"), HasSubstr(name + ":x_um*1"))) << header;
+    EXPECT_THAT(error, HasSubstr(header.find("V") != header.npos ? "says V" : "says mm")) << header;
+    options.columns = {"t_s", name + ":x_um*1"};
+    EXPECT_DOUBLE_EQ(parse_csv(text, "a.csv", options)["x"][0], 8e-6) << header;
+  }
+  // A number at the end of a name is no unit.
+  EXPECT_DOUBLE_EQ(parse_csv("t_s,ch_1\n0,8\n1,4\n", "a.csv", {.columns = {"t_s", "ch_1:x_mm"}})["x"][0], 8e-3);
+}
+
 // Whoever names the probes wants the file's own time with them.
 TEST(CsvHeader, TheTimeNeedNotBeNamed) {
   for (const std::string header : {"t_s,left_um,right_um\n", "Time [s],left [um],right [um]\n"}) {

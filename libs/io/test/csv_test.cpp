@@ -81,7 +81,7 @@ TEST(Csv, EveryDefectNamesFileLineColumnAndWhatIsAllowed) {
               HasSubstr("a.csv:3: column 't_s': '1.5' has the decimal sign '.'"));
   EXPECT_THAT(error_of_csv("t_s,x_mm,x_m\n0,1,2\n"), HasSubstr("two columns are called 'x'"));
   EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n\n1,2\n"), HasSubstr("a.csv:4: data after an empty line"));
-  EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n"), HasSubstr("1 samples; at least 2"));
+  EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n"), HasSubstr("1 sample; at least 2"));
   EXPECT_THAT(error_of_csv("x_mm\n0\n1\n"), HasSubstr("no time column"));
   EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,2\n", {.required = {"y"}}),
               AllOf(HasSubstr("no column 'y'"), HasSubstr("present: t, x")));

@@ -231,7 +231,7 @@ TEST(Signals, AtfxTablesHaveTheirTime) {
   EXPECT_EQ(record["acc"], Eigen::Vector4d(1, 2.5, -3, 0.4));
   EXPECT_EQ(record["part"], Eigen::Vector4d(1, 2, 3, 4));
   EXPECT_EQ(record.at("acc").quantity, Quantity::acceleration);
-  EXPECT_THAT(file.contents, Contains("1 columns of text"));
+  EXPECT_THAT(file.contents, Contains("1 column of text"));
 }
 
 TEST(Signals, DamagedFilesAreErrorsThatNameThePlace) {
@@ -266,6 +266,7 @@ TEST(Signals, SelectionRenamesAndChecks) {
   EXPECT_THAT(error_of([&] { recording_of(file, {.columns = {"nosuch"}}); }), HasSubstr("present: force, acc"));
   EXPECT_THAT(error_of([&] { recording_of(file, {.columns = {"force:x_mm"}}); }), HasSubstr("cannot be taken"));
   EXPECT_THAT(error_of([&] { recording_of(file, {.columns = {"force:x_furlong"}}); }), HasSubstr("furlong"));
+  EXPECT_THAT(error_of([&] { recording_of(file, {.columns = {"force:f_kN"}}); }), HasSubstr("is in N by the file"));
   EXPECT_THAT(error_of([&] { recording_of(file, {.rate = 500}); }), HasSubstr("the rate given"));
   EXPECT_THAT(error_of([&] { recording_of(file, {.required = {"beta"}}); }), HasSubstr("beta"));
   EXPECT_EQ(recording_of(file, {.columns = {"2:a_m_s2"}}).channels.at(0).name, "a");

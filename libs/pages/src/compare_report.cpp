@@ -74,7 +74,7 @@ report::Figure effort_figure(const Comparison& c) {
   report::Figure figure;
   figure.title = "Whole-run peak against effort";
   figure.description = "One mark per method: rms force against the largest displacement; lower left is better.";
-  report::Panel& panel = figure.panel("", {"force, rms", report::si(Quantity::force), report::Scale::linear},
+  report::Panel& panel = figure.panel("", {"force in x, rms", report::si(Quantity::force), report::Scale::linear},
                                       {"largest |x|, peak", {}, report::Scale::logarithmic});
   panel.height = 380;
   const auto add = [&](bool everywhere, const char* name, report::Mark mark, int color) {
@@ -167,7 +167,7 @@ report::Table comparison_table(const Comparison& c) {
   for (const char* name : {"whole run", "worst seed"}) t.columns.push_back({name, "mm peak"});
   if (balanced) t.columns.push_back({"balanced", "mm peak"});
   t.columns.push_back({"standstill", "um rms"});
-  for (const char* kind : {"N rms", "N peak"}) t.columns.push_back({"force", kind});
+  for (const char* kind : {"N rms", "N peak"}) t.columns.push_back({"force in x", kind});
   t.columns.push_back({"excess TV", "N/s"});
   t.columns.push_back({"saturated", "%"});
   t.columns.push_back({"gain margin", ""});

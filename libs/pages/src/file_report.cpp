@@ -80,21 +80,22 @@ io::Json table_json(const io::TableInfo& table) {
 
 }  // namespace
 
-FileReport report_file(const io::SignalFile& file) {
+FileReport report_file(const io::SignalFile& file, const std::function<Recording(const Recording&)>& with_angle) {
   FileReport report{io::describe(file), {}, {}, {}};
   for (std::size_t k = 0; k < file.tables.size(); ++k) {
     const Recording record = recording_of(file.tables[k], file.source);
     const bool known = !record.channels.empty();
+    const Recording turning = known && with_angle ? with_angle(record) : record;
     std::optional<diagnosis::Rotation> rotation;
     const bool whole = std::ranges::all_of(record.channels, [](const Channel& c) { return c.samples.allFinite(); });
     try {
-      if (whole) rotation = diagnosis::rotation_of(record);
+      if (whole) rotation = diagnosis::rotation_of(turning);
     } catch (const Error& e) {
       report.info.findings.push_back(std::string("no 1X: ") + e.what());
     }
     report.vibration.push_back(diagnosis::vibration_of(record, rotation));
     report.records.push_back(known ? records::check(record) : records::RecordReport{});
-    report.findings.push_back(known ? vibration_of_table(record) : diagnosis::VibrationFindings{});
+    report.findings.push_back(known ? vibration_of_table(turning) : diagnosis::VibrationFindings{});
     if (report.records.back().findings.empty()) continue;
     for (io::ChannelInfo& c : report.info.tables[k].channels)
       c.damage.clear();  // the record check says it with the time and what follows

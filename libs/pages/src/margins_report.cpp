@@ -57,8 +57,8 @@ report::Table margins_table(const MarginStudy& study, const ControllerDesign& de
   report::Table t;
   t.caption = fmt::format("Margins of {} with {}{}", design.law, design.estimator,
                           study.plant.empty() ? "" : ", plant with " + study.plant);
-  t.columns = {{"speed", "Hz"}, {"gain up", ""}, {"gain down", ""}, {"phase", "deg"},
-               {"delay", "ms"}, {"modulus", ""}, {"peak |S|", ""},  {"zone", ""}};
+  t.columns = {{"speed", "Hz"}, {"gain up", "times"}, {"gain down", "times"}, {"phase", "deg"},
+               {"delay", "ms"}, {"modulus", "1"},     {"peak |S|", "1"},      {"zone", ""}};
   for (const tuning::SpeedMargins& s : study.speeds)
     t.add(cells(fmt::format("{:.1f}", s.margins.omega / kTwoPi), s.margins));
   t.add(cells("worst", tuning::worst_margins(study.speeds)));

@@ -32,6 +32,7 @@ io::Json to_json(const tuning::ClosedLoopMetrics& m) {
   document.set("amplitude", "peak");
   document.set("standstill_rms", m.standstill_rms);
   document.set("force_rms", m.force_rms).set("force_peak", m.force_peak);
+  document.set("force_y_rms", m.force_y_rms).set("force_y_peak", m.force_y_peak);
   document.set("total_variation", m.total_variation).set("excess_variation", m.excess_variation);
   document.set("saturated", m.saturated).set("saturated_turning", m.saturated_turning);
   document.set("standing_rms", m.standing_rms).set("reasons", m.verdict.reasons);

@@ -9,6 +9,7 @@
 
 #include "record/record_maps.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 #include "whirl/identify/rotor_angle.hpp"
@@ -36,7 +37,7 @@ class RunReport {
 
   Document build() {
     doc_.title = o_.title;
-    doc_.subtitle = fmt::format("{} files, whirl {}", in_.files.size(), version());
+    doc_.subtitle = fmt::format("{}, whirl {}", counted(in_.files.size(), "file"), version());
     verdict();
     findings();
     if (!in_.records.empty() || !in_.bode.empty()) runs();
@@ -77,7 +78,7 @@ class RunReport {
     for (const auto& [name, log] : in_.logs) {
       const tuning::ClosedLoopMetrics m = metrics_of_log(log, natural_frequency(log), force_limit());
       doc_.callout(m.closed.all < m.open.all ? Callout::Kind::agrees : Callout::Kind::disagrees, "Closed loop " + name,
-                   fmt::format("largest |x| {} with control, {} without: {} % less, by {} N rms.",
+                   fmt::format("largest |x| {} with control, {} without: {} % less, by a force of {} N rms in x.",
                                report::format_amplitude(m.closed.all, AmplitudeKind::peak),
                                report::format_amplitude(m.open.all, AmplitudeKind::peak),
                                format_fixed(100 * m.suppression.all, 1), format_fixed(m.force_rms, 2)));

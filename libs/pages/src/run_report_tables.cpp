@@ -209,6 +209,13 @@ void add_validation_file(report::Table& table, const std::string& name, const io
   }
 }
 
+std::string force_text(const tuning::ClosedLoopMetrics& m) {
+  const auto axis = [](const char* name, double rms, double peak) {
+    return fmt::format("{} {} N rms, {} N peak", name, format_fixed(rms, 2), format_fixed(peak, 1));
+  };
+  return axis("x", m.force_rms, m.force_peak) + "; " + axis("y", m.force_y_rms, m.force_y_peak);
+}
+
 report::Table run_file_table(const std::string& name, const io::Json& json, bool with_paper) {
   const io::JsonReader in(json, name);
   tuning::ClosedLoopMetrics m;
@@ -220,9 +227,15 @@ report::Table run_file_table(const std::string& name, const io::Json& json, bool
   m.open.all = in.at("whole").at("open_peak").number();
   m.closed.all = in.at("whole").at("closed_peak").number();
   report::Table t = segment_table(m, "Segments as written in " + name, with_paper);
-  t.notes.push_back(fmt::format("Force {} N rms, {} N peak, total variation {} N/s; {} % of ticks saturated; trip: {}.",
-                                format_fixed(in.at("force_rms").number(), 2),
-                                format_fixed(in.at("force_peak").number(), 1),
+  m.force_rms = in.at("force_rms").number();
+  m.force_peak = in.at("force_peak").number();
+  std::string force = fmt::format("x {} N rms, {} N peak", format_fixed(m.force_rms, 2), format_fixed(m.force_peak, 1));
+  if (in.has("force_y_rms")) {
+    m.force_y_rms = in.at("force_y_rms").number();
+    m.force_y_peak = in.at("force_y_peak").number();
+    force = force_text(m);
+  }
+  t.notes.push_back(fmt::format("Force {}; total variation in x {} N/s; {} % of ticks saturated; trip: {}.", force,
                                 format_fixed(in.at("total_variation").number(), 0),
                                 format_fixed(100 * in.at("saturated").number(), 2), in.at("trip").text()));
   return t;
@@ -242,8 +255,8 @@ std::vector<std::pair<std::string, std::string>> controller_values(const Control
 }
 
 std::vector<std::pair<std::string, std::string>> effort_values(const tuning::ClosedLoopMetrics& m) {
-  return {{"force", fmt::format("{} N rms, {} N peak", format_fixed(m.force_rms, 2), format_fixed(m.force_peak, 1))},
-          {"total variation of the force", format_fixed(m.total_variation, 0) + " N/s"},
+  return {{"force", force_text(m)},
+          {"total variation of the force in x", format_fixed(m.total_variation, 0) + " N/s"},
           {"at the force limit", format_fixed(100 * m.saturated, 2) + " % of ticks"},
           {"largest radius", report::format_amplitude(m.radial_peak, AmplitudeKind::peak)},
           {"standstill",
@@ -257,18 +270,19 @@ tuning::ClosedLoopMetrics metrics_of_log(const Recording& log, double natural_fr
   m.open = rig::segment_peaks(log["x_open"], segment, skip);
   m.closed = rig::segment_peaks(log["x_true"], segment, skip);
   m.suppression = rig::suppression(m.open, m.closed);
-  const Eigen::VectorXd &x = log["x_true"], &y = log["y_true"], &u = log["ux"];
+  const Eigen::VectorXd &x = log["x_true"], &y = log["y_true"], &u = log["ux"], &across = log["uy"];
   const Eigen::Index n = x.size();
   m.radial_peak = std::sqrt(
       (x.tail(n - std::min(skip, n - 1)).cwiseAbs2() + y.tail(n - std::min(skip, n - 1)).cwiseAbs2()).maxCoeff());
   m.force_rms = std::sqrt(u.squaredNorm() / static_cast<double>(n));
   m.force_peak = u.cwiseAbs().maxCoeff();
+  m.force_y_rms = std::sqrt(across.squaredNorm() / static_cast<double>(n));
+  m.force_y_peak = across.cwiseAbs().maxCoeff();
   m.total_variation = (u.tail(n - 1) - u.head(n - 1)).cwiseAbs().sum() / log.duration();
   if (force_limit > 0) {
-    m.saturated =
-        static_cast<double>(
-            (u.array().abs() >= 0.999 * force_limit || log["uy"].array().abs() >= 0.999 * force_limit).count()) /
-        static_cast<double>(n);
+    m.saturated = static_cast<double>(
+                      (u.array().abs() >= 0.999 * force_limit || across.array().abs() >= 0.999 * force_limit).count()) /
+                  static_cast<double>(n);
   }
   Eigen::Index still = n;
   while (still > 0 && log["omega"][still - 1] == 0) --still;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/counted.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
@@ -97,7 +98,7 @@ class Tracer {
       step = std::min(o_.longest_step, step * (iterations <= 3 ? 1.5 : iterations <= 5 ? 1.0 : 0.6));
     }
     if (static_cast<int>(curve.points.size()) >= o_.most_points)
-      curve.summary.warn(fmt::format("the curve was cut after {} points", o_.most_points));
+      curve.summary.warn(fmt::format("the curve was cut after {}", counted(o_.most_points, "point")));
   }
 
   /// Back at the first point, and going the same way.

@@ -145,7 +145,7 @@ report::Table balanced_table(const Study& study) {
   table.caption = "Balanced rotor (Fig. 18) and 5 g: all laws, the same tuning budget";
   table.columns = {
       {"run", "", Align::left}, {"open loop, peak", "mm"}, {"closed loop, peak", "mm"}, {"suppression", "%"},
-      {"paper", "%"},           {"force, rms", "N"},       {"force, peak", "N"},        {"total variation", "N/s"},
+      {"paper", "%"},           {"force in x, rms", "N"},  {"force in x, peak", "N"},   {"total variation", "N/s"},
       {"standstill, rms", "µm"}};
   for (const StudyRun& r : study.runs) {
     if (r.name.starts_with("simulated")) continue;

@@ -90,7 +90,7 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
   ClosedLoopMetrics out;
   out.open = open_;
   RunJudge judge(open_, &segment_, rig_.timing.rate, options_.skip, ticks, options_.verdict);
-  double square = 0;
+  double square = 0, square_y = 0;
   for (long i = 0; i < ticks; ++i) {
     const std::complex<double> z = truth.z();
     if (!judge.motion(z, truth.angle().omega)) break;
@@ -103,9 +103,11 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
     if (watched.word != 0 && out.supervised < 0) out.supervised = cycle.measurement.t;
     out.supervision |= watched.word;
     if (cycle.measurement.t > 0.3) out.watched_level = std::max(out.watched_level, watched.level);
-    const double u = truth.commanded().real();
+    const double u = truth.commanded().real(), across = truth.commanded().imag();
     square += u * u;
+    square_y += across * across;
     out.force_peak = std::max(out.force_peak, std::abs(u));
+    out.force_y_peak = std::max(out.force_y_peak, std::abs(across));
     judge.cycle(cycle.measurement, u, controller.state().saturated || cycle.limited, cycle.trip);
   }
   const long k = judge.tick();
@@ -118,6 +120,7 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
   out.standstill_rms = judged.standstill_rms;
   out.standing_rms = judged.standing_rms;
   out.force_rms = std::sqrt(square / n);
+  out.force_y_rms = std::sqrt(square_y / n);
   out.total_variation = judged.total_variation;
   out.smooth_variation = smooth_variation_;
   out.excess_variation = out.total_variation - smooth_variation_;

@@ -52,6 +52,8 @@ TEST(ClosedLoopUnit, LogAgreesWithTheMetrics) {
   EXPECT_DOUBLE_EQ(run.log["x_true"].tail(run.log.size() - skip).cwiseAbs().maxCoeff(), run.metrics.closed.all);
   EXPECT_DOUBLE_EQ(run.log["ux"].cwiseAbs().maxCoeff(), run.metrics.force_peak);
   EXPECT_NEAR(std::sqrt(run.log["ux"].squaredNorm() / 14000), run.metrics.force_rms, 1e-9);
+  EXPECT_DOUBLE_EQ(run.log["uy"].cwiseAbs().maxCoeff(), run.metrics.force_y_peak);
+  EXPECT_NEAR(std::sqrt(run.log["uy"].squaredNorm() / 14000), run.metrics.force_y_rms, 1e-9);
   EXPECT_DOUBLE_EQ(run.log["x_open"].tail(run.log.size() - skip).cwiseAbs().maxCoeff(), run.metrics.open.all);
   EXPECT_DOUBLE_EQ(run.metrics.suppression.all, 1 - run.metrics.closed.all / run.metrics.open.all);
   EXPECT_TRUE(run.metrics.stable);

@@ -66,7 +66,10 @@ void balance_from_model(const ModelOptions& o, Session& session) {
   session.say(fmt::format("permitted          {:.4g} g mm", 1e6 * a.permitted_unbalance));
   session.say(fmt::format("to add             {:.3g} g at {:g} mm and {:.1f} deg", 1e3 * a.correction_mass, o.radius_mm,
                           a.correction_angle / kRadPerDegree));
-  if (a.mass_interval) {
+  if (a.mass_interval && !(a.mass_interval->low > 0)) {
+    session.say(fmt::format("95 % interval      0 to {:.3g} g at any angle: not different from zero",
+                            1e3 * a.mass_interval->high));
+  } else if (a.mass_interval) {
     session.say(fmt::format("95 % interval      {:.3g} to {:.3g} g, {:.1f} to {:.1f} deg (a given mass of the disk)",
                             1e3 * a.mass_interval->low, 1e3 * a.mass_interval->high,
                             a.angle_interval->low / kRadPerDegree, a.angle_interval->high / kRadPerDegree));

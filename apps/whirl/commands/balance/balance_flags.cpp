@@ -66,7 +66,8 @@ void JobFlags::add_to(CommandLine* sub) {
   sub->add_option("--phase", phase, "runs.csv: phases are lag or lead [lag]; required by a session")
       ->one_of({"lag", "lead"});
   sub->add_option("--amplitude", amplitude,
-                  "runs.csv: amplitudes are peak (0p), pp or rms [peak]; required by a session")
+                  "runs.csv: amplitudes are peak (0p), pp or rms; unstated: printed as read, without zones; required "
+                  "by a session")
       ->one_of({"0p", "peak", "pp", "rms"});
   sub->add_option("--angles", angles,
                   "runs.csv: mass angles count with or against the rotation [with]; required by a session")

@@ -74,6 +74,7 @@ void balance_runs(const std::string& path, const JobFlags& flags, Session& sessi
   for (const auto part : {&balancing::VectorConvention::phase, &balancing::VectorConvention::amplitude,
                           &balancing::VectorConvention::angles})
     if (!(stated.*part).empty()) usual.*part = stated.*part;
+  usual.amplitude_stated = !stated.amplitude.empty();
   usual.sense_stated = !stated.phase.empty() && !stated.angles.empty();
   const balancing::JobFile file = balancing::read_job(path, usual, flags.slow_roll_rpm * std::numbers::pi / 30);
   const balancing::SolvedJob solved = balancing::solve_job(path, file, flags.options());

@@ -8,6 +8,7 @@
 #include "command.hpp"
 #include "commands/machine/record_options.hpp"
 #include "whirl/core/control_types.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/formats.hpp"
 #include "whirl/io/record_stream.hpp"
@@ -39,9 +40,9 @@ void tell(const rt::LoopRecord& record, const std::string& file, Session& sessio
     left_out += s.missed;
     if (trip == Fault::none) trip = static_cast<Fault>(s.trip);
   }
-  session.say(fmt::format(
-      "{}: recording of a loop, {} cycles at {:g} Hz ({:.2f} s), {} armed, {} ticks left out, trip: {}", file,
-      record.cycles.size(), 1 / h, h * static_cast<double>(record.cycles.size()), armed, left_out, to_string(trip)));
+  session.say(fmt::format("{}: recording of a loop, {} at {:g} Hz ({:.2f} s), {} armed, {} left out, trip: {}", file,
+                          counted(record.cycles.size(), "cycle"), 1 / h, h * static_cast<double>(record.cycles.size()),
+                          armed, counted(left_out, "tick"), to_string(trip)));
   session.say(fmt::format("peak x {:.4g} mm, y {:.4g} mm, force {:.4g} N and {:.4g} N (zero-to-peak)", 1e3 * peak[0],
                           1e3 * peak[1], peak[2], peak[3]));
   for (const rt::LoopEvent& e : record.events) session.say(fmt::format("  tick {}: {}", e.tick, e.text));
@@ -70,11 +71,37 @@ void tell(const rt::LoopRecord& record, const std::string& file, Session& sessio
   session.finish(summary);
 }
 
+/// The channels that are asked for of a file that is no CSV table, whose reader takes them itself.
+io::SignalFile chosen(io::SignalFile file, const RecordOptions& options) {
+  if ((options.columns.empty() && options.rate <= 0) || file.tables.empty()) return file;
+  const Recording record = io::recording_of(file, options.csv());
+  io::SignalTable table{.name = file.tables.front().name, .start = record.t0, .step = record.dt};
+  table.abscissa = Quantity::time;
+  for (const Channel& c : record.channels) {
+    io::Signal signal;
+    signal.name = c.name;
+    signal.unit = si_unit(c.quantity);
+    signal.quantity = c.quantity;
+    signal.value = c.samples;
+    table.signals.push_back(std::move(signal));
+  }
+  file.tables = {std::move(table)};
+  return file;
+}
+
 /// Of a file in parts without its rows stated: what can be told without all values at once.
 pages::FileReport report_of(const RecordOptions& options, const std::string& file, Session& session) {
-  const bool parts = options.in_parts(file);
-  if (!options.rows.empty()) return pages::report_file(io::read_signal_rows(file, options.csv(), options.part_rows()));
-  if (!parts) return pages::report_file(io::read_signals(file, options.csv()));
+  options.require_uses(file);
+  const bool parts = options.in_parts(file), table = io::file_format(file) == io::FileFormat::csv;
+  const auto report = [&](io::SignalFile signals) {
+    std::function<Recording(const Recording&)> turn;
+    if (options.tacho_stated()) turn = [&](const Recording& record) { return options.with_angle(record); };
+    return pages::report_file(table ? std::move(signals) : chosen(std::move(signals), options), turn);
+  };
+  if (!options.rows.empty()) return report(io::read_signal_rows(file, options.csv(), options.part_rows()));
+  if (!parts) return report(io::read_signals(file, options.csv()));
+  if (!table && (!options.columns.empty() || options.rate > 0))
+    throw Error(file + ": --columns and --rate choose from the whole of such a file: state --rows, or leave them out");
   const std::unique_ptr<io::SignalStream> stream = io::open_signal_stream(file, options.csv(), options.part_rows());
   return pages::report_of(io::describe(*stream, [&](double share) { session.progress("info", share); }));
 }
@@ -96,6 +123,9 @@ void add_info(CommandLine& app, Session& session) {
           "Example: whirl info rundown.csv",
       [o, &session] {
         if (const auto record = loop_record(o->file)) {
+          if (o->record.any_stated())
+            throw Error(o->file +
+                        ": a recording of a loop states its own channels, rate and angle: leave the flags out");
           tell(*record, o->file, session);
           return;
         }
@@ -108,6 +138,7 @@ void add_info(CommandLine& app, Session& session) {
   o->record.add_to(sub, false);
   o->record.add_rows_to(sub);
   o->record.add_stream_to(sub);
+  o->record.add_tacho_to(sub);
 }
 
 }  // namespace whirl::app

@@ -2,6 +2,7 @@
 
 #include "run_io.hpp"
 #include "stop_signal.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/hardware/realtime_run.hpp"
 #include "whirl/hardware/replay.hpp"
 #include "whirl/io/csv.hpp"
@@ -14,16 +15,16 @@ namespace {
 void replay(Session& session, const std::string& file, const std::string& controller_file, const std::string& estimator,
             const std::string& out) {
   const rt::LoopRecord record = rt::read_loop_record(file);
-  session.say(fmt::format("{}: {} cycles at {:g} Hz{}", file, record.cycles.size(), 1 / record.head.sample_time,
-                          record.closed ? "" : "; its writer was killed"));
+  session.say(fmt::format("{}: {} at {:g} Hz{}", file, counted(record.cycles.size(), "cycle"),
+                          1 / record.head.sample_time, record.closed ? "" : "; its writer was killed"));
   for (const rt::LoopEvent& e : record.events) session.say(fmt::format("  tick {}: {}", e.tick, e.text));
   const ControllerDesign design = hardware::with_estimator(
       controller_file.empty() ? hardware::recorded_design(record) : io::load<ControllerDesign>(controller_file),
       estimator);
   const hardware::Replay result = hardware::replay(record, design, file);
-  session.say(
-      fmt::format("{} with {}: force differs from the recorded one by {:.3g} N rms, {:.3g} N at most, over {} cycles",
-                  design.law, design.estimator, result.force_rms, result.force_worst, result.compared));
+  session.say(fmt::format("{} with {}: force differs from the recorded one by {:.3g} N rms, {:.3g} N at most, over {}",
+                          design.law, design.estimator, result.force_rms, result.force_worst,
+                          counted(result.compared, "cycle")));
   if (!out.empty()) io::write_csv(out, result.log);
   session.result(hardware::to_json(result));
 }
@@ -54,8 +55,9 @@ void add_record(CommandLine& app, Session& session) {
         options.note = [](const std::string& line) { fmt::print(stderr, "whirl: {}\n", line); };
         const hardware::RecordRun run = hardware::record_disarmed(io, options);
         for (const std::string& text : run.angle) session.say(text);
-        session.say(fmt::format("{}: {} cycles, {} ticks left out, {} records dropped; {}", o->out, run.cycles,
-                                run.loop.timing.missed, run.loop.dropped_records, run.loop.reason));
+        session.say(fmt::format("{}: {}, {} left out, {} dropped; {}", o->out, counted(run.cycles, "cycle"),
+                                counted(run.loop.timing.missed, "tick"), counted(run.loop.dropped_records, "record"),
+                                run.loop.reason));
         session.result(hardware::to_json(run));
         session.finish(run.summary);
         if (!run.record_error.empty()) {

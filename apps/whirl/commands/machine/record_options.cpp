@@ -76,7 +76,13 @@ bool RecordOptions::in_parts(const std::string& file) const {
   return parts;
 }
 
+void RecordOptions::require_uses(const std::string& file) const {
+  if (header_line > 0 && io::file_format(file) != io::FileFormat::csv)
+    throw Error(file + ": --header-line is for CSV files; this one states the names of its channels: leave it out");
+}
+
 Recording RecordOptions::read(const std::string& file) const {
+  require_uses(file);
   const bool some = !rows.empty() && io::is_large(file);
   Recording record = some ? io::read_record_rows(file, csv(), part_rows()) : io::read_recording(file, csv());
   if (!rows.empty() && !some) record = part(record, rows);

@@ -32,16 +32,21 @@ struct RecordOptions {
   io::PartRows part_rows() const;
   /// Is this file read in parts: by the flag or its size? Throws Error where flags need the whole.
   bool in_parts(const std::string& file) const;
+  /// The record with the angle of the tacho that is stated.
+  Recording with_angle(Recording record) const;
+  /// Throws Error where a flag says nothing about a file of this format.
+  void require_uses(const std::string& file) const;
   /// The flags; `part`: --rows and --late too.
   void add_to(CommandLine* sub, bool part = true);
   void add_rows_to(CommandLine* sub);
   void add_stream_to(CommandLine* sub);
   /// The flags of a tacho: --pulses, --missing, --edge.
   void add_tacho_to(CommandLine* sub);
+  /// Any flag that says how to read the file.
+  bool any_stated() const {
+    return !columns.empty() || rate > 0 || header_line > 0 || !rows.empty() || stream || tacho_stated();
+  }
   bool tacho_stated() const { return !pulses.empty() || missing >= 0 || !edge.empty(); }
-
- private:
-  Recording with_angle(Recording record) const;
 };
 
 }  // namespace whirl::app

@@ -5,6 +5,7 @@
 #include "command.hpp"
 #include "rig_campbell.hpp"
 #include "rig_serve.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/rig/from_modal.hpp"
@@ -136,7 +137,7 @@ void add_hammer(CommandLine& rig, Session& session, const std::shared_ptr<RigOpt
                     for (std::size_t i = 0; i < blows.size(); ++i) session.check_output(name(i), "record");
                     session.write_together();
                     for (std::size_t i = 0; i < blows.size(); ++i) io::write_csv(name(i), blows[i]);
-                    session.say(fmt::format("{} impacts written", blows.size()));
+                    session.say(fmt::format("{} written", counted(blows.size(), "impact")));
                   });
   add_common(hammer, o);
   hammer->add_option("--out", o->out, "prefix of the files to write")->output_prefix()->required();

@@ -116,11 +116,12 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
     session.say(fmt::format("safe output from tick {} on; x {}, y {}", out.trip_tick, to_string(out.inputs[0]),
                             to_string(out.inputs[1])));
   }
-  session.say(
-      fmt::format("measured peak x {:.4f} mm, y {:.4f} mm (zero-to-peak); force {:.2f} N rms, {:.1f} N peak; {} of {} "
-                  "samples lost, {:.2f} % of ticks limited",
-                  1e3 * run.x_peak, 1e3 * run.y_peak, run.force_rms, run.force_peak, run.lost, run.samples,
-                  run.samples > 0 ? 100.0 * static_cast<double>(run.saturated) / static_cast<double>(run.samples) : 0));
+  session.say(fmt::format(
+      "measured peak x {:.4f} mm, y {:.4f} mm (zero-to-peak); force x {:.2f} and y {:.2f} N rms, {:.1f} N peak; {} of "
+      "{} "
+      "samples lost, {:.2f} % of ticks limited",
+      1e3 * run.x_peak, 1e3 * run.y_peak, run.force_rms, run.force_y_rms, run.force_peak, run.lost, run.samples,
+      run.samples > 0 ? 100.0 * static_cast<double>(run.saturated) / static_cast<double>(run.samples) : 0));
   session.say(report::to_text(timing_table(t)));
   session.say(bars("latency", t.latency) + bars("execution", t.execution) + bars("period", t.period));
   session.say(fmt::format(

@@ -5,6 +5,7 @@
 #include "ambient.hpp"
 #include "command.hpp"
 #include "commands/machine/record_options.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
@@ -96,11 +97,11 @@ void add_frf(CommandLine& app, Session& session) {
         frf.provenance = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
         session.write_together();
         if (!o->out.empty()) io::save(o->out, frf);
-        session.say(fmt::format("{} FRFs ({}, {}), {} lines from {:.4g} to {:.4g} Hz{}", frf.channels.size(),
-                                to_string(frf.kind), to_string(frf.estimator), frf.frequency.size(),
+        session.say(fmt::format("{} ({}, {}), {} from {:.4g} to {:.4g} Hz{}", counted(frf.channels.size(), "FRF"),
+                                to_string(frf.kind), to_string(frf.estimator), counted(frf.frequency.size(), "line"),
                                 frf.frequency.size() ? frf.frequency[0] : 0.0,
                                 frf.frequency.size() ? frf.frequency[frf.frequency.size() - 1] : 0.0,
-                                shaker ? "" : fmt::format(", {} averages", frf.averages)));
+                                shaker ? "" : ", " + counted(frf.averages, "average")));
         if (!o->figure.empty()) report::write_figure(report::frequency_response(frf, 0), o->figure);
         session.result(to_json(frf));
         session.finish(frf.summary);

@@ -7,10 +7,12 @@
 
 #include "commands/machine/record_options.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/outputs.hpp"
 #include "whirl/pages/nonlinear_mode.hpp"
 #include "whirl/records/channel_damage.hpp"
+#include "whirl/report/format.hpp"
 #include "whirl/report/write_figure.hpp"
 
 namespace whirl::app {
@@ -24,33 +26,48 @@ struct NonlinearModeOptions {
   response::DecayOptions decay;
 };
 
-void say_mode(Session& session, const response::NonlinearMode& m) {
+/// Units of the mode's terms, by the unit u of the motion: cubic stiffness is in 1/(u^2 s^2).
+std::string term_unit(std::string_view term, Quantity q) {
+  const std::string u{si_unit(q)}, base = u.find_first_of(" /^") == std::string::npos ? u : "(" + u + ")";
+  if (term == "k3") return fmt::format("1/({}^2 s^2)", base);
+  if (term == "k5") return fmt::format("1/({}^4 s^2)", base);
+  if (term == "q") return "1/" + base;
+  return base + "/s^2";  // f
+}
+
+void say_mode(Session& session, const response::NonlinearMode& m, Quantity q) {
   const auto at = [&](double a) {
     return fmt::format("{:.5g} Hz, damping {:.3g} %", m.frequency(a) / kTwoPi, 100 * m.rate(a) / m.frequency(a));
   };
-  session.say(fmt::format("at the smallest    {} (amplitude {:.3g})", at(m.lowest), m.lowest));
-  session.say(fmt::format("at the largest     {} (amplitude {:.3g})", at(m.highest), m.highest));
-  for (const auto& [name, e, text] : {std::tuple{"k1", &m.k1, "stiffness / mass, 1/s^2"},
-                                      {"k3", &m.k3, "cubic stiffness / mass"},
-                                      {"k5", &m.k5, "quintic stiffness / mass"},
+  const auto peak = [&](double a) { return report::format_amplitude(a, AmplitudeKind::peak, q); };
+  session.say(fmt::format("at the smallest    {} ({})", at(m.lowest), peak(m.lowest)));
+  session.say(fmt::format("at the largest     {} ({})", at(m.highest), peak(m.highest)));
+  for (const auto& [name, e, text] : {std::tuple{"k1", &m.k1, std::string("stiffness / mass, 1/s^2")},
+                                      {"k3", &m.k3, "cubic stiffness / mass, " + term_unit("k3", q)},
+                                      {"k5", &m.k5, "quintic stiffness / mass, " + term_unit("k5", q)},
                                       {"c", &m.c, "linear damping / mass, 1/s"},
-                                      {"q", &m.q, "quadratic damping / mass"},
-                                      {"f", &m.f, "dry friction / mass"}})
+                                      {"q", &m.q, "quadratic damping / mass, " + term_unit("q", q)},
+                                      {"f", &m.f, "dry friction / mass, " + term_unit("f", q)}})
     if (e->value != 0)
       session.say(
           fmt::format("{:<18} {:.5g} ± {:.2g}  [{:.5g}, {:.5g}]  {}", name, e->value, e->sd, e->low, e->high, text));
 }
 
 void finish(const NonlinearModeOptions& o, Session& session, const response::NonlinearMode& mode,
-            const response::DecayCurve& curve, const Estimate& gain, const report::Figure& figure) {
-  say_mode(session, mode);
+            const response::DecayCurve& curve, const Estimate& gain, const report::Figure& figure, Quantity quantity) {
+  say_mode(session, mode, quantity);
   const io::Json json = pages::to_json(mode, curve, gain);
   session.result(json);
   session.write_together();
   if (!o.json.empty()) io::save_json(o.json, json);
   if (!o.out.empty()) io::save(o.out, mode.model());
   if (!o.figure.empty()) report::write_figure(figure, o.figure);
-  session.finish(mode.summary);
+  Summary summary = mode.summary;
+  if (!summary.trust.empty())
+    summary.trust = fmt::format("one mode at amplitudes from {} to {}; beyond is extrapolation",
+                                report::format_amplitude(mode.lowest, AmplitudeKind::peak, quantity),
+                                report::format_amplitude(mode.highest, AmplitudeKind::peak, quantity));
+  session.finish(summary);
 }
 
 void run_decay(const NonlinearModeOptions& o, Session& session) {
@@ -63,12 +80,14 @@ void run_decay(const NonlinearModeOptions& o, Session& session) {
   const response::DecayCurve curve = response::decay_curve(channel->samples, record.dt, options);
   response::NonlinearMode mode = response::fit_decay(curve);
   for (std::string& warning : damage.warnings(record, curve.from, curve.to)) mode.summary.warn(std::move(warning));
-  session.say(fmt::format("decay              {} from {:.4g} to {:.4g} s, {} windows, {:.3g} left over (rms)",
-                          channel->name, curve.from, curve.to, curve.points.size(), curve.noise));
+  session.say(fmt::format("decay              {} from {:.4g} to {:.4g} s, {}, {} left over", channel->name, curve.from,
+                          curve.to, counted(curve.points.size(), "window"),
+                          report::format_amplitude(curve.noise, AmplitudeKind::rms, channel->quantity)));
   const bool length = channel->quantity == Quantity::displacement;
   finish(o, session, mode, curve, {},
          pages::decay_figure(curve, mode,
-                             length ? report::engineering_unit(Quantity::displacement, mode.highest) : report::Unit{}));
+                             length ? report::engineering_unit(Quantity::displacement, mode.highest) : report::Unit{}),
+         channel->quantity);
 }
 
 /// Points of a table of steady-state responses, or windows of a record with a swept sine.
@@ -104,7 +123,7 @@ void add_points(const NonlinearModeOptions& o, const std::string& file, std::vec
       response::swept_sine_points(force.samples, answer->samples, record.dt, options);
   const auto [low, high] =
       std::minmax_element(swept.begin(), swept.end(), [](const auto& a, const auto& b) { return a.omega < b.omega; });
-  session.say(fmt::format("swept sine         {}: {} windows of {} over {}, {:.4g} to {:.4g} Hz, force {:.4g} (peak)",
+  session.say(fmt::format("swept sine         {}: {} windows of {} over {}, {:.4g} to {:.4g} Hz, force {:.4g} N peak",
                           file, swept.size(), answer->name, force.name, low->omega / kTwoPi, high->omega / kTwoPi,
                           swept.front().level));
   points.insert(points.end(), swept.begin(), swept.end());
@@ -119,7 +138,7 @@ void run_sine(const NonlinearModeOptions& o, Session& session) {
   for (std::string& warning : warnings) mode.summary.warn(std::move(warning));
   session.say(fmt::format("sine test          {} points; gain {:.4g} ± {:.2g} m/s^2 per newton: modal mass {:.4g} kg",
                           points.size(), gain.value, gain.sd, 1 / gain.value));
-  finish(o, session, mode, {}, gain, pages::steady_figure(points, mode, gain.value));
+  finish(o, session, mode, {}, gain, pages::steady_figure(points, mode, gain.value), Quantity::displacement);
 }
 
 void add_outputs(CommandLine* sub, const std::shared_ptr<NonlinearModeOptions>& o) {

@@ -112,9 +112,11 @@ void add_transient(CommandLine& app, Session& session) {
         }
         session.say(fmt::format("sweep {:.1f} rpm/s; fit {:.1f} % (steady-state model: {:.1f} %)",
                                 fit.alpha / kRadPerSecPerRpm, fit.fit_percent, steady.fit_percent));
-        session.say(fmt::format("largest amplitude at {:.0f} rpm (measured {:.0f}); beats at {} rpm (measured {})",
-                                fit.peak_speed / kRadPerSecPerRpm, fit.peak_speed_measured / kRadPerSecPerRpm,
-                                list_rpm(fit.beats), list_rpm(fit.beats_measured)));
+        const auto beats = [](const auto& speeds) { return speeds.empty() ? "none" : list_rpm(speeds) + " rpm"; };
+        if (!fit.modes.empty())
+          session.say(fmt::format("largest amplitude at {:.0f} rpm (measured {:.0f} rpm); beats at {} (measured {})",
+                                  fit.peak_speed / kRadPerSecPerRpm, fit.peak_speed_measured / kRadPerSecPerRpm,
+                                  beats(fit.beats), beats(fit.beats_measured)));
         session.result(io::Json::object().set("transient", fit_json(fit)).set("steady", fit_json(steady)));
         session.finish(fit.summary);
       });

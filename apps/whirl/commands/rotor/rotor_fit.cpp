@@ -5,6 +5,7 @@
 #include "rotor.hpp"
 #include "rotor_runs.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/pages/rotor_runs.hpp"
@@ -33,22 +34,24 @@ report::Table unknown_table(const shaft::RotorFit& fit) {
     table.add({r.name, show(r.value.value), show(r.value.low), show(r.value.high), unit.name,
                r.complex ? report::format_fixed(r.angle / kRadPerDegree, 2) : "",
                r.complex ? report::format_number(r.angle_half / kRadPerDegree, 2) : "",
-               r.identifiable ? "" : "not identifiable"});
+               !r.identifiable                   ? "not identifiable"
+               : r.complex && !(r.value.low > 0) ? "not different from zero"
+                                                 : ""});
   }
   return table;
 }
 
 void say_fit(const shaft::RotorFit& fit, const std::vector<shaft::OrderRun>& runs, Session& session) {
   for (const shaft::OrderRun& run : runs)
-    session.say(fmt::format("{:<18} {:.0f} to {:.0f} rpm, {} vectors of {} turns a probe", run.name,
+    session.say(fmt::format("{:<18} {:.0f} to {:.0f} rpm, {} of {} a probe", run.name,
                             run.speed.minCoeff() * kRpmPerRadPerSec, run.speed.maxCoeff() * kRpmPerRadPerSec,
-                            run.blocks(), run.turns));
+                            counted(run.blocks(), "vector"), counted(run.turns, "turn")));
   session.say(
       fmt::format("misfit             chi-square {:.4g} (1: the noise alone), {:.2g} times the scatter of the runs, "
                   "{:.1f} standard deviations; {}",
                   fit.misfit.chi_square, fit.misfit.scatter_ratio, fit.misfit.most(),
                   fit.misfit.explained ? "the model explains the records" : "the model does not explain the records"));
-  session.say(fmt::format("descents           {}, {} iterations", fit.starts, fit.iterations));
+  session.say(fmt::format("descents           {}, {}", fit.starts, counted(fit.iterations, "iteration")));
   session.say(report::to_text(unknown_table(fit)));
   if (!fit.weak.empty()) session.say("what the records leave open (half width of 95 %, in parts of the values)");
   for (const shaft::WeakDirection& w : fit.weak) session.say(fmt::format("  {:<40} {:.2g}", w.words, w.half_width));

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "rotor.hpp"
@@ -57,7 +58,7 @@ void rotor_response(const RotorResponseOptions& o, Session& session) {
   if (curves.empty()) throw Error(o.rotor + ": no [[probe]] and no [[disc]]: nothing to look at");
   report::Table table;
   table.caption = "resonances";
-  table.columns = {{"place", ""}, {"speed", "rpm"}, {"peak", "um"}, {"amplification", ""}};
+  table.columns = {{"place", ""}, {"speed", "rpm"}, {"peak, 0-p", "um"}, {"amplification", "times"}};
   std::vector<shaft::Reading> readings;
   for (const pages::PlaceCurve& c : curves) {
     readings.push_back({c.name, c.position, c.angle, shaft::peaks(r.speeds, c.amplitude)});
@@ -65,6 +66,12 @@ void rotor_response(const RotorResponseOptions& o, Session& session) {
       table.add({c.name, report::format_fixed(p.speed / kRadPerSecPerRpm, 1),
                  report::format_number(1e6 * p.amplitude, 4), report::format_number(p.amplification, 3)});
   }
+  if (std::ranges::any_of(readings, [](const shaft::Reading& place) {
+        return std::ranges::any_of(place.peaks, [](const shaft::Peak& p) { return !std::isfinite(p.amplification); });
+      }))
+    table.notes.emplace_back(
+        "Amplification: speed over the width at 0.707 of the peak. \"–\": on one side the curve does not fall so far "
+        "before the next resonance or the end of the range, and there is no such width.");
   session.say(table.rows.empty() ? "no resonance in this range" : report::to_text(table));
   Summary summary;
   shaft::carry_distrust(loaded.rotor, Consequence::no_trust, summary);

@@ -12,9 +12,13 @@ constexpr std::size_t kQuarter = 4;
 constexpr int kLineLobe = 4;                // steps: half the lobe of a Hann window
 constexpr double kEdge = 4.5;               // steps: the lobe of a Hann window from its top on
 constexpr double kFollowedBeat = 1.0 / 16;  // orders: the blocks of such an angle are 16 turns
-constexpr double kPairReach = 0.47;         // orders from 1X or 2X within which a line may be a sideband
-constexpr double kPairChance = 1e-6;        // of its mirror
-constexpr double kPairShare = 0.5;          // of its amplitude that the mirror has
+constexpr double kOffSupply = 0.025;        // of the frequency: grids of one generating set, two-pole motors with slip
+constexpr std::size_t kManyBlocks = 16, kLook = 4;
+constexpr double kSeenAtAll = 0.01;                   // chance at the best frequency of such a look
+constexpr double kWhirlFrom = 0.38, kWhirlTo = 0.52;  // orders: such a line at steady speed is judged as a whirl
+constexpr double kPairReach = 0.47;                   // orders from 1X or 2X within which a line may be a sideband
+constexpr double kPairChance = 1e-6;                  // of its mirror
+constexpr double kPairShare = 0.5;                    // of its amplitude that the mirror has
 
 struct Search {
   Line line;
@@ -30,11 +34,12 @@ double throughout(std::vector<double> chances) {
   return fisher(chances);
 }
 
-Search at_frequency(const std::vector<LineBlock>& blocks, double frequency) {
+// `every`: of the blocks, for a first look.
+Search at_frequency(const std::vector<LineBlock>& blocks, double frequency, std::size_t every = 1) {
   Search out{{0, frequency}, 1, {}};
   std::vector<double> chances;
-  for (const LineBlock& b : blocks) {
-    const LineValue value = b.added(out.line);
+  for (std::size_t k = 0; k < blocks.size(); k += every) {
+    const LineValue value = blocks[k].added(out.line);
     if (!(value.share >= kLeastShare)) continue;
     chances.push_back(value.chance);
     out.values.push_back(value);
@@ -49,21 +54,21 @@ double total_power(const Search& s) {
   return sum;
 }
 
-// The frequency that all blocks show best, about `nominal`.
-Search search(const std::vector<LineBlock>& blocks, double nominal) {
+// The frequency that all blocks show best, within a share of `nominal`.
+Search search(const std::vector<LineBlock>& blocks, double nominal, double tolerance, std::size_t every = 1) {
   double longest = 0;
   for (const LineBlock& b : blocks) longest = std::max(longest, b.duration());
-  const double reach = kMainsTolerance * nominal, step = 0.5 / longest;
+  const double reach = tolerance * nominal, step = 0.5 / longest;
   const int half = static_cast<int>(std::floor(reach / step));
   Search best;
   for (int k = -half; k <= half; ++k) {
-    Search here = at_frequency(blocks, nominal + k * step);
+    Search here = at_frequency(blocks, nominal + k * step, every);
     if (here.values.empty()) continue;
     const bool better =
         here.chance < best.chance || (here.chance == best.chance && total_power(here) > total_power(best));
     if (best.values.empty() || better) best = std::move(here);
   }
-  if (best.values.empty()) return best;
+  if (best.values.empty() || every > 1) return best;
   // Far above the noise the chance counts the leakage of the line itself, which is least where it is not: the top is
   // where the power is.
   for (const int side : {-1, 1}) {
@@ -128,18 +133,38 @@ bool is_sideband(const std::vector<LineBlock>& blocks, const Search& s, const st
   });
 }
 
+// At steady speed an order within the wide range leaves its skirts there, and a whirl is no electric line.
+bool is_clear(const ChannelStudy& s, const std::vector<LineBlock>& blocks, double nominal) {
+  if (s.runs()) return true;
+  double longest = 0;
+  for (const LineBlock& b : blocks) longest = std::max(longest, b.duration());
+  const double reach = kOffSupply * nominal + 3 / longest;
+  return std::ranges::none_of(blocks, [&](const LineBlock& b) {
+    const double half = 0.5 * b.turning(), from_order = std::abs(nominal - half * std::round(nominal / half));
+    const double order = nominal / b.turning();
+    return from_order < reach || (order > kWhirlFrom && order < kWhirlTo);
+  });
+}
+
 // Adds the line about `nominal` where it is one of the supply; whether it was added.
-bool find_line(ChannelStudy& s, const std::vector<LineBlock>& blocks, double nominal, int multiple,
-               VibrationCode code) {
-  const Search found = search(blocks, nominal);
+bool find_line(ChannelStudy& s, const std::vector<LineBlock>& blocks, double nominal, int multiple, VibrationCode code,
+               bool off_supply = false) {
+  if (off_supply && !is_clear(s, blocks, nominal)) return false;
+  // Runs have many blocks and the range is wide: a first look at some of them.
+  if (off_supply && blocks.size() >= kManyBlocks && search(blocks, nominal, kOffSupply, kLook).chance > kSeenAtAll)
+    return false;
+  const Search found = search(blocks, nominal, off_supply ? kOffSupply : kMainsTolerance);
   if (found.values.empty()) return false;
   VibrationFinding f;
   f.code = code;
+  f.nominal = nominal;
+  f.off_supply = off_supply;
   f.size = ChannelStudy::mean_amplitude(found.values);
   f.chance = found.chance * static_cast<double>(s.options.mains.size());
   f.frequency = found.line.frequency;
-  f.causes = multiple == 1 ? std::vector{Cause::pickup, Cause::electric, Cause::other_machine}
-                           : std::vector{Cause::electric, Cause::pickup, Cause::other_machine};
+  f.causes = off_supply      ? std::vector{Cause::other_machine, Cause::pickup, Cause::electric}
+             : multiple == 1 ? std::vector{Cause::pickup, Cause::electric, Cause::other_machine}
+                             : std::vector{Cause::electric, Cause::pickup, Cause::other_machine};
   if (!s.runs() && is_sideband(blocks, found, s.options.mains)) return false;
   if (!s.add(std::move(f))) return false;
   s.electric.push_back(found.line);
@@ -160,6 +185,7 @@ void find_electric(ChannelStudy& s) {
     for (const auto& [multiple, code] :
          {std::pair{1, VibrationCode::line_frequency}, std::pair{2, VibrationCode::twice_line_frequency}}) {
       if (find_line(s, blocks, multiple * mains, multiple, code)) continue;
+      if (find_line(s, blocks, multiple * mains, multiple, code, true)) continue;
       // An angle taken from the vibration follows the beat of 1X with a line beside it, which has a mirror then.
       const double line = multiple * mains;
       const auto beats = [&, line](const LineBlock& b) { return std::abs(line / b.turning() - 1) < kFollowedBeat; };

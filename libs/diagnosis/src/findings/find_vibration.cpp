@@ -269,8 +269,8 @@ std::string_view to_string(Cause cause) {
 }
 
 std::string_view to_string(UnjudgedReason reason) {
-  constexpr std::string_view names[] = {"no_angle",       "too_few_turns", "gaps",         "speed_changes",
-                                        "line_beside_1x", "no_slow_turns", "half_or_first"};
+  constexpr std::string_view names[] = {"no_angle",       "too_few_turns", "gaps",           "speed_changes",
+                                        "line_beside_1x", "no_slow_turns", "few_slow_turns", "half_or_first"};
   return names[static_cast<std::size_t>(reason)];
 }
 

@@ -98,7 +98,9 @@ void find_phase_scatter(ChannelStudy& s) {
   std::vector<std::size_t> used;
   for (std::size_t k = 0; k < all.speed.size(); ++k)
     if (std::abs(all.speed[k] / middle - 1) < kOneSpeed) used.push_back(k);
-  if (used.size() < kLeastVectors) return s.unjudged(VibrationCode::phase_scatter, UnjudgedReason::speed_changes);
+  if (used.size() < kLeastVectors)
+    return s.unjudged(VibrationCode::phase_scatter,
+                      s.runs() ? UnjudgedReason::speed_changes : UnjudgedReason::too_few_turns);
   // Near a critical speed the vector follows the speed: that is no scatter.
   const auto n = static_cast<Index>(used.size());
   Eigen::MatrixXcd a(n, 2);

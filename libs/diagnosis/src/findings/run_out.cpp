@@ -39,8 +39,10 @@ void find_run_out(ChannelStudy& s) {
     slowest = std::min(slowest, s.blocks[k].speed());
     fastest = std::max(fastest, s.blocks[k].speed());
   }
-  if (slow.size() < kLeastSlow || fastest < kLeastSpan * slowest)
-    return s.unjudged(VibrationCode::run_out, UnjudgedReason::no_slow_turns);
+  if (slow.size() < kLeastSlow || fastest < kLeastSpan * slowest) {
+    const bool passed = s.result.low_speed * kLeastSpan < kSlow * at;
+    return s.unjudged(VibrationCode::run_out, passed ? UnjudgedReason::few_slow_turns : UnjudgedReason::no_slow_turns);
+  }
   const auto n = static_cast<Index>(slow.size());
   Eigen::MatrixXcd a(n, 3);
   Eigen::VectorXcd z(n);

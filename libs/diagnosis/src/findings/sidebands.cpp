@@ -53,10 +53,9 @@ void find_sidebands(ChannelStudy& s) {
     longest = std::max(longest, b.duration());
     turning = std::max(turning, b.turning());
   }
-  if (blocks.empty() || s.runs()) {
-    s.unjudged(VibrationCode::sidebands, UnjudgedReason::speed_changes);
-    return;
-  }
+  if (blocks.empty() || s.runs())
+    return s.unjudged(VibrationCode::sidebands,
+                      s.runs() ? UnjudgedReason::speed_changes : UnjudgedReason::too_few_turns);
   const LineValue first = blocks.front()->fitted({1, 0});
   Pair best;
   double tests = 0;

@@ -13,6 +13,7 @@
 #include <pugixml.hpp>
 
 #include "format.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/names.hpp"
 #include "whirl/io/file.hpp"
@@ -411,7 +412,7 @@ SignalFile signals_from_atfx(const AtfxFile& file) {
       result.findings.push_back(fmt::format("column '{}' has the unknown unit '{}'", column.name, column.unit));
     add_signal(result, table, std::move(signal));
   }
-  if (texts > 0) result.contents.push_back(fmt::format("{} columns of text", texts));
+  if (texts > 0) result.contents.push_back(counted(texts, "column") + " of text");
   return result;
 }
 

@@ -21,6 +21,7 @@ struct Format {
   bool magic = false;  ///< the first bytes leave no doubt
   SignalFile (*read)(const std::filesystem::path& path, const CsvOptions& options) = nullptr;
   void (*write)(const std::filesystem::path& path, const Recording& recording) = nullptr;
+  std::string_view missing = {};  ///< what a missing value becomes there; empty: it cannot be written
   /// The same of a record in parts: its first part, which is read, and what follows; `rows` of all together.
   void (*write_parts)(const std::filesystem::path& path, const Recording& first, RecordStream& rest,
                       Eigen::Index rows) = nullptr;
@@ -60,6 +61,10 @@ constexpr std::uint64_t kMostRead = std::uint64_t{1} << 30;
 
 std::unique_ptr<SignalStream> stream_csv(const std::filesystem::path& path, const CsvOptions& options,
                                          const PartRows& rows);
+/// `Recording::check`, where missing values (NaN) may stand.
+void check_with_gaps(const Recording& recording);
+/// As `write_csv` in SI, a missing value (NaN) as an empty cell.
+void write_csv_with_gaps(const std::filesystem::path& path, const Recording& record);
 void write_csv_parts(const std::filesystem::path& path, const Recording& first, RecordStream& rest, Eigen::Index rows);
 
 }  // namespace whirl::io

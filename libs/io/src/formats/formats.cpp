@@ -11,6 +11,7 @@
 #include "whirl/core/names.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/record_stream.hpp"
+#include "whirl/io/remarks.hpp"
 
 namespace whirl::io {
 namespace {
@@ -159,8 +160,30 @@ bool is_large(const std::filesystem::path& file) {
 
 Recording read(const std::filesystem::path& path) { return read_recording(path); }
 
+namespace {
+
+/// Says what becomes of missing values; throws Error where the format has no place for them.
+void tell_missing(const std::filesystem::path& path, const Recording& recording, const Format& format) {
+  for (const Channel& c : recording.channels) {
+    const Eigen::Index missing = c.samples.array().isNaN().count();
+    if (missing == 0) continue;
+    const std::string count = fmt::format("{}: {} of {} values are missing", c.name, missing, c.samples.size());
+    if (format.missing.empty())
+      throw Error::in_field("OUT", path.string(),
+                            fmt::format("a file that has a place for missing values, .csv, .h5, .mat or .npz ({}). Or "
+                                        "choose a part without gaps with --rows",
+                                        count));
+    remark(path.string(), fmt::format("{}; each is {} there", count, format.missing));
+  }
+}
+
+}  // namespace
+
 void write_recording(const std::filesystem::path& path, const Recording& recording) {
-  named(path, &Format::write, " (text also with .gz behind)").write(path, recording);
+  const Format& format = named(path, &Format::write, " (text also with .gz behind)");
+  check_with_gaps(recording);
+  tell_missing(path, recording, format);
+  format.write(path, recording);
 }
 
 std::optional<FrequencyResponse> read_responses(const std::filesystem::path& path, const ResponseOptions& options) {

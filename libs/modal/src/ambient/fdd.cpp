@@ -9,6 +9,7 @@
 #include "usable_record.hpp"
 #include "wandering_tones.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/poles.hpp"
@@ -168,9 +169,9 @@ AmbientModes decompose_ambient(const Recording& given, const FddOptions& options
     result.modes.push_back(std::move(mode));
   }
   if (result.modes.empty()) result.summary.fail("no peak rises above the spectra");
-  result.summary.trust =
-      fmt::format("{} modes from {} blocks of {:.4g} s, lines of {:.3g} Hz; the excitation is taken as white",
-                  result.modes.size(), averages, static_cast<double>(block) * recording.dt, line);
+  result.summary.trust = fmt::format("{} from {} of {:.4g} s, lines of {:.3g} Hz; the excitation is taken as white",
+                                     counted(result.modes.size(), "mode"), counted(averages, "block"),
+                                     static_cast<double>(block) * recording.dt, line);
   for (const AmbientMode& mode : result.modes) {
     if (2 * mode.damping * mode.frequency < line) {
       result.summary.warn(fmt::format(

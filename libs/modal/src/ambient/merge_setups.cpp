@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "pooled_estimate.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/oma.hpp"
 #include "whirl/modal/order_modes.hpp"
@@ -127,7 +128,8 @@ OperationalModes merge_setups(const std::vector<OperationalModes>& setups) {
     mode.shape /= mode.shape[largest];
   }
   if (merged.modes.empty()) merged.summary.fail("no mode is common to the set-ups");
-  merged.summary.trust = fmt::format("{} modes common to {} set-ups", merged.modes.size(), setups.size());
+  merged.summary.trust =
+      fmt::format("{} common to {}", counted(merged.modes.size(), "mode"), counted(setups.size(), "set-up"));
   return merged;
 }
 

@@ -11,6 +11,7 @@
 #include "subspace.hpp"
 #include "tones.hpp"
 #include "usable_record.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/decompositions.hpp"
 
 namespace whirl::modal {
@@ -133,8 +134,8 @@ OperationalModes identify_operational(const Recording& given, const OmaOptions& 
   const std::string dropped = drop_chance_modes({{&y, dt, scale, all}}, found.orders, result);
   conclude(result);
   result.summary.trust =
-      fmt::format("{} modes from {:.4g} s, {} channels, orders 2 to {}; the excitation is taken as white",
-                  result.modes.size(), duration, l, found.rank) +
+      fmt::format("{} from {:.4g} s, {}, orders 2 to {}; the excitation is taken as white",
+                  counted(result.modes.size(), "mode"), duration, counted(l, "channel"), found.rank) +
       dropped;
   return result;
 }

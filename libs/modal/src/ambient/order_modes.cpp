@@ -9,6 +9,7 @@
 #include "responses.hpp"
 #include "usable_record.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/fit_modes.hpp"
@@ -266,8 +267,8 @@ OperationalModes identify_orders(const Recording& given, const OrderOptions& opt
             [](const auto& a, const auto& b) { return a.frequency.value < b.frequency.value; });
   if (result.modes.empty()) result.summary.fail("no order passes a mode");
   result.summary.trust =
-      fmt::format("{} modes from {} order(s) over {:.4g} to {:.4g} Hz of speed", result.modes.size(), options.orders,
-                  curves.speed[0] / (2 * kPi), curves.speed.tail<1>()[0] / (2 * kPi));
+      fmt::format("{} from {} over {:.4g} to {:.4g} Hz of speed", counted(result.modes.size(), "mode"),
+                  counted(options.orders, "order"), curves.speed[0] / (2 * kPi), curves.speed.tail<1>()[0] / (2 * kPi));
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "whirl/core/counted.hpp"
 #include "whirl/records/check.hpp"
 
 namespace whirl::modal {
@@ -104,9 +105,9 @@ std::vector<std::vector<std::string>> blow_damage(const std::vector<Recording>& 
       for (std::size_t b = 0; b < blows.size(); ++b) {
         const double end = blows[b].t0 + blows[b].dt * static_cast<double>(blows[b].size() - 1);
         if (owner[b] != r || f.end < blows[b].t0 || f.begin > end) continue;
-        result[b].push_back(fmt::format("{} {} from {:.4g} to {:.4g} s while the structure moves ({} samples)",
-                                        f.channel, words(f.kind), std::max(f.begin, blows[b].t0), std::min(f.end, end),
-                                        f.samples));
+        result[b].push_back(fmt::format("{} {} from {:.4g} to {:.4g} s while the structure moves ({})", f.channel,
+                                        words(f.kind), std::max(f.begin, blows[b].t0), std::min(f.end, end),
+                                        counted(f.samples, "sample")));
       }
     }
   }

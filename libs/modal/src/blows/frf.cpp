@@ -10,6 +10,7 @@
 #include "blow_damage.hpp"
 #include "cross_spectra.hpp"
 #include "frf_channels.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
 #include "whirl/signal/window.hpp"
@@ -374,7 +375,7 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& given, const FrfOpt
     sums.noise.push_back(noise_part(spectra, c, sums.ff.head(kept), sums.af[c].head(kept)));
   estimate_channels(sums, options, result);
   if (result.averages == 1) result.summary.warn("one impact: coherence and variance are undefined");
-  result.summary.trust = fmt::format("{} impact(s), 0 to {:.4g} Hz in steps of {:.4g} Hz", result.averages,
+  result.summary.trust = fmt::format("{}, 0 to {:.4g} Hz in steps of {:.4g} Hz", counted(result.averages, "impact"),
                                      result.frequency[kept - 1], 1 / length);
   result.provenance.version = version();
   for (const auto& recording : recordings) result.provenance.inputs.push_back(recording.source);

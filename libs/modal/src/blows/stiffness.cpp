@@ -13,6 +13,7 @@
 #include "blows/lack_of_fit.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/magnitude.hpp"
 
 namespace whirl::modal {
 namespace {
@@ -249,7 +250,7 @@ AnisotropicStiffness fit_anisotropic_stiffness(const std::vector<DirectedStiffne
   direction[0] = amplitude > 0 ? p[1] / amplitude : 1;
   if (columns == 3) direction[1] = amplitude > 0 ? p[2] / amplitude : 0;
   const Eigen::MatrixXd block = covariance.bottomRightCorner(columns - 1, columns - 1);
-  result.amplitude = Estimate::from_sd(amplitude, std::sqrt(direction.dot(block * direction)));
+  result.amplitude = magnitude_estimate(amplitude, std::sqrt(direction.dot(block * direction)));
   const Eigen::VectorXd anisotropy = p.segment(1, columns - 1);
   const double statistic = anisotropy.dot(block.inverse() * anisotropy);
   result.p_value = boost::math::cdf(boost::math::complement(

@@ -7,6 +7,7 @@
 
 #include "residue_fit.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/decompositions.hpp"
 
 namespace whirl::modal {
@@ -198,7 +199,7 @@ ModalModel to_model(const FrequencyResponse& frf, const Band& band, const Soluti
   }
   model.summary.residual = model.reconstruction_error;
   model.summary.trust = fmt::format(
-      "{} modes between {:.4g} and {:.4g} Hz, reconstruction within {:.3g} %{}", inside, band.low, band.high,
+      "{} between {:.4g} and {:.4g} Hz, reconstruction within {:.3g} %{}", counted(inside, "mode"), band.low, band.high,
       100 * model.reconstruction_error,
       model.frequency_scatter > 0
           ? fmt::format("; frequencies differ by {:.2g} % (one sd) between FRFs", 100 * model.frequency_scatter)

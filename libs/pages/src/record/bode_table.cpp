@@ -11,6 +11,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/remarks.hpp"
 #include "whirl/signal/motion_quantity.hpp"
 #include "whirl/signal/spectrum.hpp"
 
@@ -22,6 +23,7 @@ using signal::SynchronousCurve;
 /// What the name of an amplitude or a phase says beside its unit.
 struct Heading {
   AmplitudeKind kind = AmplitudeKind::peak;
+  bool kind_stated = false;
   double sign = 1;  ///< of a phase: -1 where it is a lag
   std::string probe;
 };
@@ -31,13 +33,15 @@ Heading heading_of(const std::string& name) {
   for (std::size_t from = name.find('_'); from < name.size();) {
     const std::size_t end = std::min(name.find('_', from + 1), name.size());
     const std::string word = name.substr(from + 1, end - from - 1);
+    const bool peak = word == "peak" || word == "0p";
+    out.kind_stated = out.kind_stated || peak || word == "pp" || word == "rms";
     if (word == "pp") {
       out.kind = AmplitudeKind::peak_to_peak;
     } else if (word == "rms") {
       out.kind = AmplitudeKind::rms;
     } else if (word == "lag") {
       out.sign = -1;
-    } else if (word != "lead" && word != "1x" && word != "peak") {
+    } else if (word != "lead" && word != "1x" && !peak) {
       out.probe += (out.probe.empty() ? "" : "_") + word;
     }
     from = end;
@@ -57,6 +61,11 @@ std::vector<SynchronousCurve> curves_of(const io::Table& table, const std::strin
   for (const auto& [heading, amplitude] : amplitudes) {
     const auto phase = std::ranges::find_if(phases, [&](const auto& p) { return p.first.probe == heading.probe; });
     if (phase == phases.end()) continue;
+    const bool of_response = table.find("extrapolated") != nullptr;  // `whirl response` writes peaks
+    if (!heading.kind_stated && !of_response)
+      io::remark(table.source, amplitude->name +
+                                   ": its name states no kind of amplitude, peak is taken; amp_peak, amp_pp or amp_rms "
+                                   "state it");
     SynchronousCurve curve{heading.probe.empty() ? name : heading.probe, speed->samples, {}};
     const bool motion = signal::integrations(amplitude->quantity, amplitude->quantity).has_value();
     curve.quantity = motion ? amplitude->quantity : Quantity::displacement;

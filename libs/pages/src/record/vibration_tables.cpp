@@ -60,6 +60,10 @@ report::Table vibration_table(const std::vector<RunVibration>& rows) {
     t.add(std::move(cells));
   }
   t.notes = {"Largest and rms are those of the motion about the mean. The mean of a displacement probe is its gap."};
+  if (std::ranges::any_of(rows, [](const RunVibration& r) { return r.channel.struck; }))
+    t.notes.emplace_back(
+        "A record of hammer impacts has no largest line: its spectrum is that of transients. `whirl frf` and `whirl "
+        "modes` read it.");
   return t;
 }
 

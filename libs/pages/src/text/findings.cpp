@@ -78,6 +78,12 @@ std::string ratio_words(const VibrationFinding& f) {
   return fmt::format(", {:.2g} of 1X", f.ratio);
 }
 
+// A line near the supply, or twice it: another grid, or another machine.
+std::string off_supply_words(const VibrationFinding& f) {
+  return fmt::format("a line at {:.2f} Hz {}, no order, {:.1f} % off {:g} Hz of a supply", f.frequency, peak_words(f),
+                     100 * std::abs(f.frequency / f.nominal - 1), f.nominal);
+}
+
 // What was found, with its size.
 std::string found_words(const VibrationFinding& f) {
   switch (f.code) {
@@ -94,8 +100,10 @@ std::string found_words(const VibrationFinding& f) {
     case VibrationCode::subsynchronous:
       return fmt::format("a line at {:.3f}X ({:.2f} Hz) {}{}", f.order, f.frequency, peak_words(f), ratio_words(f));
     case VibrationCode::line_frequency:
+      if (f.off_supply) return off_supply_words(f);
       return fmt::format("line frequency {:.2f} Hz {}, no order", f.frequency, peak_words(f));
     case VibrationCode::twice_line_frequency:
+      if (f.off_supply) return off_supply_words(f);
       return fmt::format("twice the line frequency {:.2f} Hz {}, no order", f.frequency, peak_words(f));
     case VibrationCode::sidebands:
       return fmt::format("sidebands {:.3g} Hz beside {:g}X {}{}", f.frequency, f.order, peak_words(f), ratio_words(f));
@@ -115,12 +123,12 @@ std::string speed_words(const VibrationFinding& f) {
   return out;
 }
 
-std::string_view missing_words(UnjudgedReason reason) {
-  switch (reason) {
+std::string_view missing_words(const diagnosis::Unjudged& u) {
+  switch (u.reason) {
     case UnjudgedReason::no_angle:
       return "no measured rotor angle: record a tacho";
     case UnjudgedReason::too_few_turns:
-      return "fewer than 33 turns: record longer";
+      return u.code ? "fewer than 64 turns at one speed: record longer" : "fewer than 33 turns: record longer";
     case UnjudgedReason::gaps:
       return "more than 2 % of the samples are missing";
     case UnjudgedReason::speed_changes:
@@ -129,6 +137,8 @@ std::string_view missing_words(UnjudgedReason reason) {
       return "an electric line beside 1X beats with it: record without the supply, or at another speed";
     case UnjudgedReason::no_slow_turns:
       return "needs a run from below 0.45 of the speed of the largest 1X";
+    case UnjudgedReason::few_slow_turns:
+      return "too few turns below 0.45 of the speed of the largest 1X: pass these speeds more slowly";
     case UnjudgedReason::half_or_first:
       return "without a tacho the lower of two lines an octave apart may be 0.5X or 1X: told by its size alone";
   }
@@ -158,6 +168,7 @@ io::Json finding_object(const VibrationFinding& f) {
   json.set("unit", angle ? std::string("rad") : std::string(si_unit(f.quantity)));
   json.set("kind", std::string(to_string(angle ? AmplitudeKind::rms : AmplitudeKind::peak)));
   json.set("chance", f.chance).set("order", f.order).set("frequency_hz", f.frequency);
+  json.set("nominal_hz", f.nominal).set("off_supply", f.off_supply);
   json.set("orders", f.orders);
   json.set("speed", f.speed).set("low_speed", f.low_speed).set("high_speed", f.high_speed);
   json.set("ratio_to_1x", f.ratio);
@@ -186,7 +197,7 @@ std::string text(const VibrationFinding& f) {
 
 std::string text(const diagnosis::Unjudged& u) {
   return fmt::format("channel {}: {} not assessed: {}", u.channel,
-                     u.code ? std::string(code_words(*u.code)) : std::string("orders"), missing_words(u.reason));
+                     u.code ? std::string(code_words(*u.code)) : std::string("orders"), missing_words(u));
 }
 
 std::string next_step(const VibrationFinding& f) {

@@ -22,7 +22,7 @@ io::Json shape_json(const Eigen::VectorXcd& shape) {
 report::Table modes_table(const ModalModel& modes) {
   report::Table table;
   table.caption = "Modes";
-  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"± sd", "Hz"}, {"damping", "%"}, {"± sd", "%"}, {"MPC", ""}};
+  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"± sd", "Hz"}, {"damping", "%"}, {"± sd", "%"}, {"MPC", "1"}};
   const modal::ModeShapes shapes = modal::mode_shapes(modes);
   const auto deviation = [](double sd) { return std::isfinite(sd) ? fmt::format("{:.2g}", sd) : "-"; };
   for (std::size_t i = 0; i < modes.modes.size(); ++i) {
@@ -41,7 +41,7 @@ report::Table modes_table(const ModalModel& modes) {
 report::Table modes_table(const modal::OperationalModes& found) {
   report::Table table;
   table.caption = "Modes under operational excitation";
-  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"± sd", "Hz"}, {"damping", "%"}, {"± sd", "%"}, {"MPC", ""}};
+  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"± sd", "Hz"}, {"damping", "%"}, {"± sd", "%"}, {"MPC", "1"}};
   for (const modal::OperationalMode& mode : found.modes) {
     table.add({fmt::format("{}", table.rows.size() + 1), fmt::format("{:.4f}", mode.frequency.value),
                fmt::format("{:.2g}", mode.frequency.sd), fmt::format("{:.3f}", 100 * mode.damping.value),
@@ -56,7 +56,7 @@ report::Table modes_table(const modal::OperationalModes& found) {
 report::Table modes_table(const modal::AmbientModes& found) {
   report::Table table;
   table.caption = "Modes under ambient excitation";
-  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"damping", "%"}, {"MPC", ""}};
+  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"damping", "%"}, {"MPC", "1"}};
   for (const modal::AmbientMode& mode : found.modes) {
     table.add({fmt::format("{}", table.rows.size() + 1), fmt::format("{:.4f}", mode.frequency),
                std::isnan(mode.damping) ? "-" : fmt::format("{:.3f}", 100 * mode.damping),

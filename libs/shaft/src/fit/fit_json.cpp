@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "whirl/core/magnitude.hpp"
+
 namespace whirl::shaft {
 namespace {
 
@@ -38,9 +40,14 @@ FitRow complex_row(const RotorFit& fit, std::size_t k) {
   row.kind = real.kind;
   row.unit = real.unit;
   row.complex = true;
-  row.value = Estimate::from_sd(size, std::sqrt(std::max(0.0, c * c * a + s * s * b + 2 * c * s * both)));
+  // Near zero the direction is as uncertain as the size: the larger of both components.
+  constexpr double kNear = 5;
+  const double radial = std::sqrt(std::max(0.0, c * c * a + s * s * b + 2 * c * s * both));
+  const double larger = std::max(real.estimate.sd, imaginary.estimate.sd);
+  row.value = magnitude_estimate(size, size < kNear * larger ? larger : radial);
   row.angle = std::arg(v);
   row.angle_half = size > 0 ? kHalf * std::sqrt(std::max(0.0, s * s * a + c * c * b - 2 * c * s * both)) / size : M_PI;
+  if (row.value.low <= 0) row.angle_half = M_PI;
   row.relative_half_width = std::max(real.relative_half_width, imaginary.relative_half_width);
   row.identifiable = real.identifiable && imaginary.identifiable;
   return row;

@@ -1,5 +1,5 @@
-"""Arguments of PySINDy 1.x: a TypeError that says what took their place."""
-import functools
+"""Arguments of PySINDy 1.x, and what took their place."""
+from ..._base import refuses  # noqa: F401
 
 MODEL = {
     "feature_names": "give it to fit(x, t, feature_names=...)",
@@ -17,19 +17,3 @@ FIT = {
     "replace": "give it to EnsembleOptimizer",
     "n_candidates_to_drop": "give it to EnsembleOptimizer",
 }
-
-
-def refuses(instead):
-    """Wraps a method: arguments among `instead` are refused with what to write now."""
-
-    def wrap(method):
-        @functools.wraps(method)
-        def call(self, *values, **named):
-            for name in named:
-                if name in instead:
-                    raise TypeError(f"{name} is of PySINDy 1.x: {instead[name]}")
-            return method(self, *values, **named)
-
-        return call
-
-    return wrap

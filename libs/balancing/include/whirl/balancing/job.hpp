@@ -14,6 +14,7 @@ struct VectorConvention {
   std::string phase = "lag";        ///< lag or lead
   std::string amplitude = "0p";     ///< 0p (or peak), pp or rms
   std::string angles = "with";      ///< of the masses: with or against rotation
+  bool amplitude_stated = true;     ///< `amplitude` was, too
   bool sense_stated = true;         ///< both `phase` and `angles` were stated, not taken as usual
   double amplitude_factor() const;  ///< to zero-to-peak
   double phase_sign() const { return phase == "lag" ? -1 : 1; }

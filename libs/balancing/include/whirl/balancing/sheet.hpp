@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -30,6 +31,7 @@ struct BalancingSheet {
     Estimate before, after;
     double before_phase = 0, after_phase = 0;
     double before_pp = 0, after_pp = 0;  ///< m peak-to-peak, for the zones
+    double measured = std::nan("");      ///< mean vector of the runs without any mass, its size; NaN: there are none
   };
   struct Coefficient {
     std::string row, plane;
@@ -54,6 +56,7 @@ struct BalancingSheet {
     double mass = 0, angle = 0;  ///< kg, rad
   };
   std::string title, convention, criterion, amplitude;
+  bool amplitude_stated = true;                ///< else `amplitude` is "as read", and no zones follow
   Quantity quantity = Quantity::displacement;  ///< of all readings, SI
   std::string unit;                            ///< suffix in which the readings were written; empty: usual
   bool phases = true;                          ///< false: amplitudes alone

@@ -26,6 +26,7 @@ struct ChannelVibration {
   double rms = 0;        ///< about the mean
   double frequency = 0;  ///< Hz, of the largest line of the spectrum; 0: none
   double line = 0;       ///< its amplitude, peak
+  bool struck = false;   ///< the record has the blows of a hammer: its spectrum is of transients and has no lines
   std::optional<SynchronousPart> synchronous;  ///< 1X; nothing without a rotor angle
   std::optional<signal::BandLevel> housing;    ///< velocity from 10 Hz to 1 kHz (ISO 20816-1): sensors of a housing
 };

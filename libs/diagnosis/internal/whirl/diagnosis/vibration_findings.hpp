@@ -57,8 +57,11 @@ struct VibrationFinding {
   double size = 0;
   /// Chance that noise alone shows this anywhere in the record: that of the test, times the number of all tests made.
   double chance = 1;
-  double order = kNaN;              ///< of the largest line; NaN where it has none
-  double frequency = kNaN;          ///< Hz, of a line of fixed frequency; of sidebands their distance
+  double order = kNaN;      ///< of the largest line; NaN where it has none
+  double frequency = kNaN;  ///< Hz, of a line of fixed frequency; of sidebands their distance
+  double nominal = kNaN;    ///< Hz, of an electric line: of the supply, or twice that
+  /// Of an electric line: farther from `nominal` than a large grid goes. A small grid, or a two-pole motor with slip.
+  bool off_supply = false;
   std::vector<double> orders = {};  ///< of `harmonics` and `half_orders`: those seen; of `sidebands`: that between them
   double speed = kNaN;              ///< rad/s, where `size` was read
   double low_speed = kNaN;          ///< rad/s, slowest and fastest speed at which it was seen
@@ -75,11 +78,12 @@ struct VibrationFinding {
 /// Why something was not looked for.
 enum class UnjudgedReason {
   no_angle,        ///< no rotor angle, and the vibration does not tell one
-  too_few_turns,   ///< fewer than 32 turns
+  too_few_turns,   ///< fewer than 33 turns; for sidebands and phase scatter fewer than 64
   gaps,            ///< more than 2 % of the samples are missing
   speed_changes,   ///< needs eight blocks of eight turns within 3 % of one speed
   line_beside_1x,  ///< an electric line within a quarter of an order of 1X beats with it
   no_slow_turns,   ///< needs turns below 0.45 of the speed of the largest 1X
+  few_slow_turns,  ///< the run passes these speeds within a few turns
   half_or_first,   ///< without an angle: of two lines an octave apart the lower may be 0.5X or 1X
 };
 std::string_view to_string(UnjudgedReason reason);
@@ -119,7 +123,7 @@ struct VibrationFindings {
 };
 
 struct VibrationOptions {
-  std::vector<double> mains{50, 60};  ///< Hz, electric supplies looked for, 0.4 % to either side
+  std::vector<double> mains{50, 60};  ///< Hz, electric supplies looked for, 0.4 % to either side; then 2 %
   double chance = 0.01;               ///< of a false finding anywhere in a record of noise, in (0, 0.5]
 };
 

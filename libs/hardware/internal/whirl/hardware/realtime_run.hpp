@@ -37,6 +37,7 @@ struct RealtimeRun {
   IoSettings settings;
   double x_peak = 0, y_peak = 0;         ///< m, zero-to-peak, of the valid samples
   double force_rms = 0, force_peak = 0;  ///< N; rms of the x axis, peak of both
+  double force_y_rms = 0;                ///< N
   long samples = 0, lost = 0;            ///< ticks, and those without a valid displacement
   long saturated = 0;                    ///< ticks with a limited force
   std::array<LaserReport, 2> lasers{};

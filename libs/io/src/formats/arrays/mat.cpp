@@ -359,6 +359,7 @@ Format mat_format() {
     return read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_mat_arrays);
   };
   f.write = write_mat;
+  f.missing = "NaN";
   f.stream = [](const std::filesystem::path& path, const CsvOptions&, const PartRows& rows) {
     return stream_arrays(path, read_mat_arrays, rows);
   };

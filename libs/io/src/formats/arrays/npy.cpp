@@ -430,6 +430,7 @@ Format numpy_format() {
     return read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_numpy_arrays);
   };
   f.write = write_npz;
+  f.missing = "NaN";
   f.stream = [](const std::filesystem::path& path, const CsvOptions&, const PartRows& rows) {
     return stream_arrays(path, read_numpy_arrays, rows);
   };

@@ -67,7 +67,8 @@ std::optional<FrequencyResponse> responses_from_csv(const std::filesystem::path&
 Format csv_format() {
   Format f{FileFormat::csv, "CSV", {".csv", ".txt", ".tsv"}, [](std::string_view) { return true; }};
   f.read = signals_from_csv;
-  f.write = [](const std::filesystem::path& path, const Recording& record) { write_csv(path, record); };
+  f.write = write_csv_with_gaps;
+  f.missing = "an empty cell";
   f.write_parts = write_csv_parts;
   f.read_responses = responses_from_csv;
   f.write_responses = write_frf_csv;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/nan.hpp"
 #include "whirl/signal/angle.hpp"
@@ -163,7 +164,7 @@ std::string take_to_even_grid(const CsvStream& stream, const Eigen::VectorXd& t,
     }
     record.t0 = g.start;
     record.dt = g.step;
-    return fmt::format("{} samples are missing between the times", rows - n);
+    return counted(rows - n, "sample") + (rows - n == 1 ? " is" : " are") + " missing between the times";
   }
 }
 

@@ -165,6 +165,21 @@ std::string proposed_columns(const std::vector<Heading>& headings, bool numbers)
   return headings.size() > 12 ? out + " ..." : out;
 }
 
+namespace {
+
+/// Refuses a unit stated beside another one that the header states. A factor says how the one follows from the other; a
+/// number at the end of a name ("ch_1") is no unit.
+void require_unit_of_header(const std::string& spec, const Heading& h, const UnitSuffix& wanted) {
+  if (h.unit == nullptr || h.unit == &wanted || h.unit->quantity == Quantity::dimensionless) return;
+  throw Error::in_field(
+      "--columns", spec,
+      fmt::format("the unit of the header, which says {}. To read values in {} after a calibration or a wrong header, "
+                  "state a factor: {}*1",
+                  h.unit->suffix, wanted.suffix, spec));
+}
+
+}  // namespace
+
 ColumnChoice choose_column(const std::string& spec, const std::vector<Heading>& headings) {
   const auto place = [&](std::string_view wanted) {
     for (std::size_t i = 0; i < headings.size(); ++i)
@@ -206,7 +221,8 @@ ColumnChoice choose_column(const std::string& spec, const std::vector<Heading>& 
     choice.unit = own.unit;
     return choice;
   }
-  if (const std::size_t star = to.rfind('*'); star != std::string::npos) {
+  const std::size_t star = to.rfind('*');
+  if (star != std::string::npos) {
     const char *first = to.data() + star + 1, *last = to.data() + to.size();
     const auto [end, error] = std::from_chars(first, last, choice.factor);
     if (error != std::errc() || end != last || !std::isfinite(choice.factor) || choice.factor == 0)
@@ -215,6 +231,7 @@ ColumnChoice choose_column(const std::string& spec, const std::vector<Heading>& 
   }
   const Heading wanted = parse_heading(to);
   choice.name = wanted.name;
+  if (wanted.unit != nullptr && star == std::string::npos) require_unit_of_header(spec, h, *wanted.unit);
   choice.unit = wanted.unit != nullptr ? wanted.unit : h.unit;
   if (wanted.unit == nullptr && choice.unit != nullptr && wanted.text.find('_', 1) != std::string::npos)
     choice.unit = nullptr;  // "x_furlong" asks for a unit that is not known

@@ -7,6 +7,7 @@
 
 #include "formats/csv/csv_gaps.hpp"
 #include "formats/csv/csv_rates.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/remarks.hpp"
@@ -30,7 +31,8 @@ std::vector<Channel> read_columns(CsvStream& stream, Eigen::Index min_samples) {
   }
   if (total == 0) throw Error::in_file(stream.source(), 0, "has a header and no data: export the readings with it");
   if (total < min_samples) {
-    throw Error::in_file(stream.source(), 0, fmt::format("{} samples; at least {} are needed", total, min_samples));
+    throw Error::in_file(stream.source(), 0,
+                         fmt::format("{}; at least {} are needed", counted(total, "sample"), min_samples));
   }
   std::vector<Channel> out;
   for (std::size_t c = 0; c < n; ++c) {

@@ -48,7 +48,7 @@ void write_rows(ByteSink& sink, const std::vector<Output>& columns, Eigen::Index
     for (const Output& c : columns) {
       if (&c != &columns.front()) text += ',';
       const double si = c.samples ? c.samples[i] : t0 + dt * static_cast<double>(first + i);
-      text.append(number, std::to_chars(number, number + sizeof number, c.unit->from_si(si)).ptr);
+      if (!std::isnan(si)) text.append(number, std::to_chars(number, number + sizeof number, c.unit->from_si(si)).ptr);
     }
     text += '\n';
     if (text.size() > (1u << 16)) {
@@ -103,6 +103,10 @@ void write_channels(const std::filesystem::path& path, const std::vector<Channel
 void write_csv(const std::filesystem::path& path, const Recording& record, const CsvWriteOptions& options) {
   record.check();
   write_channels(path, record.channels, options.time, record.t0, record.dt, options);
+}
+
+void write_csv_with_gaps(const std::filesystem::path& path, const Recording& record) {
+  write_channels(path, record.channels, true, record.t0, record.dt, {});
 }
 
 void write_csv(const std::filesystem::path& path, const Table& table, const CsvWriteOptions& options) {

@@ -166,6 +166,7 @@ Format hdf5_format() {
   f.magic = true;
   f.read = [](const std::filesystem::path& path, const CsvOptions&) { return read_whole(path, nullptr); };
   f.write = write_hdf5;
+  f.missing = "NaN";
   f.write_parts = write_hdf5_parts;
   f.stream = [](const std::filesystem::path& path, const CsvOptions&, const PartRows& rows) {
     return stream_rows(std::make_unique<Hdf5RowReader>(path), rows);

@@ -6,6 +6,7 @@
 
 #include "formats/arrays/arrays.hpp"
 #include "formats/parts/rows.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::io {
@@ -16,7 +17,7 @@ class RowStream : public SignalStream {
   RowStream(std::unique_ptr<RowReader> reader, const PartRows& rows)
       : reader_(std::move(reader)), rows_(rows), at_(rows.first) {
     if (reader_->rows() < 2)
-      throw Error::in_file(reader_->name(), 0, fmt::format("{} samples; at least 2 are needed", reader_->rows()));
+      throw Error::in_file(reader_->name(), 0, counted(reader_->rows(), "sample") + "; at least 2 are needed");
     require_rows(rows, reader_->rows());
     rows_.end = std::min(rows_.end, reader_->rows());
     // How many channels there are, by a first look at two rows.

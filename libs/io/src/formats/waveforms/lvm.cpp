@@ -7,6 +7,7 @@
 
 #include "formats/format.hpp"
 #include "formats/text_lines.hpp"
+#include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/signals.hpp"
@@ -158,10 +159,10 @@ class LvmReader {
       constexpr std::size_t kNamed = 3;
       const std::vector<std::string> named(channels.begin(),
                                            channels.begin() + static_cast<long>(std::min(kNamed, channels.size())));
-      file_.findings.push_back(channels.size() == 1
-                                   ? fmt::format("channel '{}': {}", named[0], what)
-                                   : fmt::format("{} channels ('{}'{}): {}", channels.size(), fmt::join(named, "', '"),
-                                                 channels.size() > kNamed ? ", ..." : "", what));
+      file_.findings.push_back(
+          channels.size() == 1 ? fmt::format("channel '{}': {}", named[0], what)
+                               : fmt::format("{} ('{}'{}): {}", counted(channels.size(), "channel"),
+                                             fmt::join(named, "', '"), channels.size() > kNamed ? ", ..." : "", what));
     }
   }
 

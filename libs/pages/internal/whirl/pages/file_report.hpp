@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,9 @@ struct FileReport {
 };
 
 /// Tables of uniformly sampled time signals with known units go through `records::check`; what it says with time and
-/// consequence is left out of the findings of `describe`.
-FileReport report_file(const io::SignalFile& file);
+/// consequence is left out of the findings of `describe`. `with_angle`: gives such a table the rotor angle of a tacho
+/// that the user stated.
+FileReport report_file(const io::SignalFile& file, const std::function<Recording(const Recording&)>& with_angle = {});
 
 /// Of a file that was read in parts: nothing but its description.
 FileReport report_of(io::FileInfo info);

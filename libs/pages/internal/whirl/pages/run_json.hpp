@@ -16,9 +16,12 @@ inline constexpr std::array<double, 5> kPaperOpen{0.41e-3, 2.25e-3, 6.45e-3, 2.5
 inline constexpr std::array<double, 5> kPaperClosed{0.16e-3, 0.20e-3, 0.26e-3, 0.47e-3, 0.47e-3};
 
 /// whirl.run/1: segments[] and whole with open_peak, closed_peak (m, zero-to-peak), suppression (0 to 1);
-/// standstill_rms (m), force_rms, force_peak (N), total_variation, excess_variation (N/s), saturated, held, stable,
-/// trip.
+/// standstill_rms (m), force_rms, force_peak, force_y_rms, force_y_peak (N), total_variation, excess_variation (N/s),
+/// saturated, held, stable, trip.
 io::Json to_json(const tuning::ClosedLoopMetrics& metrics);
+
+/// "x 5.50 N rms, 27.4 N peak; y 5.52 N rms, 27.9 N peak".
+std::string force_text(const tuning::ClosedLoopMetrics& metrics);
 
 /// The same as Table 4 of the paper, with its numbers beside when `with_paper` (5 g run).
 report::Table segment_table(const tuning::ClosedLoopMetrics& metrics, const std::string& caption, bool with_paper);

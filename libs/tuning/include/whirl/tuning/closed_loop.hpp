@@ -18,7 +18,8 @@ class RigTables;
 namespace whirl::tuning {
 
 /// How a controller did on one run of the virtual rig. Amplitudes are of the TRUE disk centre, x axis,
-/// zero-to-peak, m, the first `skip` seconds left out; forces are those after converter and limit, x axis.
+/// zero-to-peak, m, the first `skip` seconds left out; forces are those after converter and limit, x axis unless
+/// stated.
 struct ClosedLoopMetrics {
   rig::SegmentPeaks open;  ///< the same plant without control
   rig::SegmentPeaks closed;
@@ -26,8 +27,9 @@ struct ClosedLoopMetrics {
   double radial_peak = 0;         ///< largest |z|, m
   double standstill_rms =
       0;  ///< rms of the worse axis while the shaft stands still at the end, m; 0 without standstill
-  double force_rms = 0, force_peak = 0;  ///< N
-  double total_variation = 0;            ///< of the force, N/s: sum |u[k] - u[k-1]| / duration
+  double force_rms = 0, force_peak = 0;      ///< N
+  double force_y_rms = 0, force_y_peak = 0;  ///< N, y axis
+  double total_variation = 0;                ///< of the force, N/s: sum |u[k] - u[k-1]| / duration
   double excess_variation = 0;  ///< N/s above the smooth force that holds the disk still: chattering and detours
   double saturated = 0;         ///< fraction of ticks at the force limit
   long held = 0;                ///< samples lost and bridged
