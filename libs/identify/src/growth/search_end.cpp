@@ -20,8 +20,10 @@ double RotorSearch::misfit() const {
 
 GrownRotor RotorSearch::finish() && {
   if (usable()) {
-    prune();
-    find_others();
+    if (!given_) {
+      prune();
+      find_others();
+    }
     settle();
     const bool both = !std::ranges::all_of(records_, &RotorRecord::one_axis);
     grown_.absent = absent_terms(records_, fit_, growth_.active, growth_.terms, options_.terms && both, growth_.forces);
@@ -82,10 +84,11 @@ void RotorSearch::find_others() {
     return std::any_of(taken_.begin(), taken_.end(), [&](const Taken& t) { return t.term == term; });
   };
   for (const auto& [taken, other, with] : near_) {
-    if (!is_taken(taken) || is_taken(other)) continue;
+    if (!is_taken(taken) || is_taken(other) || spent()) continue;
     const std::optional<Growth> less = without_term(growth_, taken);
     if (!less) continue;
     OutputErrorFit replaced = fit_from_either(with_term(*less, other, options_.refine_poles), with);
+    count(replaced, growth_);
     if (replaced.summary.status != Status::unusable && gain(replaced, fit_) < kToldApart)
       grown_.others.push_back({label(taken, growth_), label(other, growth_),
                                std::min(taken.entry->decider, other.entry->decider), std::move(replaced)});

@@ -71,6 +71,7 @@ inline const std::vector<FieldName>& field_kinds() {
 struct FieldRecord {
   Recording record, other, other_clean;
   double k1, k2, c, e;
+  double k1_last, c_last;  ///< at the end of the record, where they change
 };
 
 namespace field_detail {
@@ -79,22 +80,22 @@ using machines_detail::State;  // x, x', y, y', four of the part
 
 /// Sizes of the parts, drawn; those of other kinds are 0.
 struct Parts {
-  double whirl = 0;                                                   // 1/s^2 per (rad/s)^2
-  std::complex<double> heat = 0;                                      // bow by vibration
-  double late = 1;                                                    // s
-  double gap = 0, seal = 0, rubbing = 0;                              // m, 1/s^2, share
-  double lift = 0;                                                    // share of k
-  std::array<double, 3> lobes{};                                      // m
-  double jitter = 0;                                                  // s
-  double hum = 0, hum_hz = 0, shake = 0, shake_hz = 0;                // share of the peak, Hz, m/s^2, Hz
-  double slip = 0, instant = 0;                                       // rad, s
-  double k_falls = 0, c_falls = 0, within = 1;                        // shares, s
-  double bent = 0;                                                    // share of the peak
-  double rest = 0, rest_hz = 0;                                       // s, Hz
+  double whirl = 0;                                     // 1/s^2 per (rad/s)^2
+  std::complex<double> heat = 0;                        // bow by vibration
+  double late = 1;                                      // s
+  double gap = 0, seal = 0, rubbing = 0;                // m, 1/s^2, share
+  double lift = 0;                                      // share of k
+  std::array<double, 3> lobes{};                        // m
+  double jitter = 0;                                    // s
+  double hum = 0, hum_hz = 0, shake = 0, shake_hz = 0;  // share of the peak, Hz, m/s^2, Hz
+  double slip = 0, instant = 0;                         // rad, s
+  double k_falls = 0, c_falls = 0, within = 1;          // shares, s
+  double bent = 0;                                      // share of the peak
+  double rest = 0, rest_hz = 0;                         // s, Hz
   bool notch = false;
-  double gain_falls = 0;                                              // share
-  double stuck = 0;                                                   // s
-  double phase = 0;                                                   // rad, of what has one
+  double gain_falls = 0;  // share
+  double stuck = 0;       // s
+  double phase = 0;       // rad, of what has one
 };
 
 /// Speed of a linear sweep that rests on its way.
@@ -170,7 +171,8 @@ inline Parts draw_parts(FieldKind kind, Machine& m, const Run& run, double peak,
       p.gain_falls = uniform(0.02, 0.04);
       break;
     case FieldKind::worn_pump:
-      m.split = uniform(0.005, 0.01), m.split_angle = p.phase, m.bow = uniform(2e-5, 5e-5), m.bow_phase = uniform(-3, 3);
+      m.split = uniform(0.005, 0.01), m.split_angle = p.phase, m.bow = uniform(2e-5, 5e-5),
+      m.bow_phase = uniform(-3, 3);
       m.gain_y = uniform(1.02, 1.04);
       break;
     case FieldKind::stuck_angle:
@@ -308,12 +310,15 @@ inline FieldRecord field_record(FieldKind kind, double snr, unsigned long long s
     r.channels.back().samples = field_detail::angle(parts, course, random);
     return r;
   };
-  FieldRecord out{{}, {}, {}, m.k, m.cubic, m.c, m.e};
+  const double late = 1 - std::exp(-run.seconds / parts.within);
+  FieldRecord out{
+      {}, {}, {}, m.k, m.cubic, m.c, m.e, m.k * (1 - parts.k_falls * late), m.c * (1 - parts.c_falls * late)};
   out.record = record(out.other_clean);
   // Another day: cold again, from another speed at another rate; what has slipped has slipped.
   parts.instant = -1e9;
   run.from_hz *= 0.9, run.seconds *= 0.85, run.beta0 += 1;
   out.other = record(out.other_clean);
+  out.other.source = "another run";
   // There is no linear spring.
   if (kind == FieldKind::loose_foot) out.k1 = out.k2 = std::numeric_limits<double>::quiet_NaN();
   return out;
