@@ -121,15 +121,10 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
   using detail::Beside;
   using detail::RotorSearch;
   std::unique_ptr<RotorSearch> best;
-  constexpr double kLeft = 500;  // modes may be sought whatever the terms before them cost
-  double used = 0;               // steps of all searches
   const auto misfit = [&] { return best ? best->misfit() : INFINITY; };
   const auto search = [&](const RotorModel& start, const std::vector<std::complex<double>>& eps,
                           const OutputErrorOptions& with, Beside beside = Beside::nothing) {
-    auto one = std::make_unique<RotorSearch>(records, start, eps, with, options, beside, 0,
-                                             beside == Beside::modes ? std::min(used, kLeft) : used);
-    used += one->cost();
-    return one;
+    return std::make_unique<RotorSearch>(records, start, eps, with, options, beside);
   };
   /// A model with more in it that does not explain the records either must leave half of what the simpler one does.
   const auto take = [&](std::unique_ptr<RotorSearch> other, double share) {

@@ -31,14 +31,14 @@ Growth begin(const std::vector<RotorRecord>& records, const RotorModel& start, c
 
 RotorSearch::RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
                          std::vector<Complex> start_eps, const OutputErrorOptions& active,
-                         const RotorIdentifyOptions& options, Beside beside, double delay, double used)
+                         const RotorIdentifyOptions& options, Beside beside, double delay)
     : records_(records),
       options_(options),
       rare_(beside == Beside::rare_terms),
       given_(beside == Beside::no_search),
+      modes_(beside == Beside::modes),
       growth_(begin(records, start, active, options, beside, delay)),
-      eps_(std::move(start_eps)),
-      used_(used) {
+      eps_(std::move(start_eps)) {
   for (const RotorRecord& r : records) values_ += r.readings();
   score_.half_width = options.half_width;
   score_.runout_harmonics = options.runout_harmonics;

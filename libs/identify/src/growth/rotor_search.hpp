@@ -22,13 +22,11 @@ class RotorSearch {
  public:
   RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
               std::vector<std::complex<double>> start_eps, const OutputErrorOptions& active,
-              const RotorIdentifyOptions& options, Beside beside = Beside::nothing, double delay = 0, double used = 0);
+              const RotorIdentifyOptions& options, Beside beside = Beside::nothing, double delay = 0);
 
   bool usable() const { return fit_.summary.status != Status::unusable; }
   /// Chi-square of the weak equations or of the trajectory, the larger; infinite where there is no model.
   double misfit() const;
-  /// Steps of the trial fits; those of the searches before are `used`.
-  double cost() const { return tried_in_all_; }
   /// Takes out terms that stood in for others, and seeks models that the records cannot tell from this one.
   GrownRotor finish() &&;
 
@@ -70,6 +68,7 @@ class RotorSearch {
   bool explains_enough(const OutputErrorFit& larger) const;
 
   // The model found.
+  bool spent_at_end() const;
   bool beyond_doubt(const Growth& less) const;
   void prune();
   void find_others();
@@ -79,6 +78,7 @@ class RotorSearch {
   const RotorIdentifyOptions& options_;
   const bool rare_;   // rare terms are tried as the others are
   const bool given_;  // the model stays as it is given
+  const bool modes_;  // modes of any frequency are among the candidates
   Growth growth_;
   std::vector<Complex> eps_;
   ScoreTestOptions score_;
@@ -86,7 +86,7 @@ class RotorSearch {
   double grid_for_ = 0;  // chi-square of the fit that chose the grid
   double tried_ = 0;     // steps of trial fits since the rest was halved
   double tried_in_all_ = 0;
-  const double used_;         // by the searches before
+  double searched_ = 0;       // of these, when the search ended
   double halved_ = INFINITY;  // misfit that began them
   OutputErrorFit fit_;
   GrownRotor grown_;
@@ -98,7 +98,7 @@ class RotorSearch {
 /// Likelihood ratio of models that are told apart (three sigma).
 inline constexpr double kToldApart = 9;
 
-/// Cost of a step of a fit by that of one of a fit with few forces and one Runge-Kutta step a sample, 1 at least.
+/// What a fit cost, in steps of a fit with no more forces than a rotor has and one Runge-Kutta step a sample.
 double price(const OutputErrorFit& fit, const Growth& growth);
 /// Whether a fit ended by its limit of steps.
 bool ran_out(const OutputErrorFit& fit, const Growth& growth);

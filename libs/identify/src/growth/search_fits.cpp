@@ -113,7 +113,7 @@ OutputErrorFit RotorSearch::fit_about_instant(Growth g, const ScoreCandidate& ca
     for (RotorTerm& t : at.active.terms)
       if (t.is(*candidate.term)) t.reference += k * half_period;
     OutputErrorFit found = fit(at, eps);
-    tried_in_all_ += price(found, at) * found.iterations;
+    tried_in_all_ += price(found, at);
     if (found.summary.status == Status::unusable) continue;
     if (!best || found.summary.chi_square < best->summary.chi_square) best = std::move(found);
   }

@@ -26,9 +26,14 @@ bool too_many(const Growth& growth) {
 }
 
 double price(const OutputErrorFit& fit, const Growth& growth) {
-  constexpr double kTerm = 0.25, kFew = 4;  // share of a step that a force costs, measured; forces that cost none here
-  const double by_plain = fit.substeps * (1 + kTerm * static_cast<double>(growth.active.terms.size()));
-  return std::max(1.0, by_plain / (1 + kTerm * kFew));
+  // Shares of a plain step, measured: a force, an angle that moves, one of the five responses of a mode that moves.
+  constexpr double kTerm = 0.25, kAngle = 1.5, kMode = 0.4;
+  constexpr int kAround = 2;  // simulations before the first step and after the last
+  const OutputErrorOptions& a = growth.active;
+  const bool turning = a.delay || a.clock_drift || a.profile_degree > 0;
+  const double force = fit.substeps * (1 + kTerm * static_cast<double>(a.terms.size()) + (turning ? kAngle : 0));
+  const double modes = kMode * static_cast<double>(growth.start.modes.size()) * (a.poles ? 5 : turning ? 1 : 0);
+  return (fit.iterations + kAround) * (force + modes);
 }
 
 /// One more term; false when none is left that the evidence asks for.
@@ -137,12 +142,12 @@ bool RotorSearch::explains_enough(const OutputErrorFit& larger) const {
 /// Adds what a trial fit cost.
 void RotorSearch::count(const OutputErrorFit& trial, const Growth& growth) {
   tried_ += trial.iterations;
-  tried_in_all_ += price(trial, growth) * trial.iterations;
+  tried_in_all_ += price(trial, growth);
 }
-/// What a search may cost is used up.
+/// What a search may cost is used up: about 3 ms a step for 12 s at 1 kHz.
 bool RotorSearch::spent() const {
-  constexpr double kMost = 400, kMostOfAll = 800;
-  return misfit() > rules::kModelError && (tried_in_all_ > kMost || used_ + tried_in_all_ > kMostOfAll);
+  constexpr double kMost = 350, kMostOfModes = 600;
+  return misfit() > rules::kModelError && tried_in_all_ > (modes_ ? kMostOfModes : kMost);
 }
 
 /// Something stays unexplained, and no term of many trial fits took half of it: it is none of the terms known here.
