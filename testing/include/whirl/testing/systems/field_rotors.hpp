@@ -59,7 +59,7 @@ inline const std::vector<FieldName>& field_kinds() {
       {FieldKind::saturating_x, "saturating x", {"probe curve"}},
       {FieldKind::dwell, "dwell in the run-down", {}},
       {FieldKind::notch, "notch at 50 Hz", {}},
-      {FieldKind::warming_probes, "warming probes", {}},
+      {FieldKind::warming_probes, "warming probes", {"gain of the probes drifting in time"}},
       {FieldKind::worn_pump, "worn pump", {"anisotropic stiffness+sensor gain+runout|bow of the shaft"}},
       {FieldKind::stuck_angle, "stuck angle", {}},
       {FieldKind::cold_grease, "cold grease", {"damping drifting in time"}},
