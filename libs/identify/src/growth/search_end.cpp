@@ -20,7 +20,7 @@ double RotorSearch::misfit() const {
 
 GrownRotor RotorSearch::finish() && {
   if (usable()) {
-    if (!given_) {
+    if (!given_ && misfit() < rules::kNoTrust) {  // what leaves more is not trusted whatever stands in it
       searched_ = tried_in_all_;
       prune();
       find_others();

@@ -146,7 +146,7 @@ void RotorSearch::count(const OutputErrorFit& trial, const Growth& growth) {
 }
 /// What a search may cost is used up: about 3 ms a step for 12 s at 1 kHz.
 bool RotorSearch::spent() const {
-  constexpr double kMost = 350, kMostOfModes = 600;
+  constexpr double kMost = 300, kMostOfModes = 600;
   return misfit() > rules::kModelError && tried_in_all_ > (modes_ ? kMostOfModes : kMost);
 }
 
