@@ -1,11 +1,14 @@
 // Rotor records of kinds that no list of terms holds: what identify claims of them. Confidently wrong: status ok, a
 // parameter more than 4 stated standard deviations and 1 % (0.1 % for k1) from the truth.
+// Columns: kind, ok, warning, unusable or refused, confidently wrong, coverage of the intervals, slowest in s.
 // Usage: bench_identify_odd [seeds = 6] [first seed = 1] [SNR dB = 20] [kind] [v: each result]
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <string>
 
 #include "whirl/core/error.hpp"
@@ -27,10 +30,12 @@ int main(int argc, char** argv) {
   for (const auto& [kind, name] : testing::kOddKinds) {
     if (!only.empty() && only != "all" && only != name) continue;
     int ok = 0, warning = 0, unusable = 0, refused = 0, wrong = 0, covered = 0, intervals = 0;
+    double slowest = 0;
     std::string how, said;
     for (int seed = first; seed < first + seeds; ++seed) {
       const testing::OddRecord odd = testing::odd_record(kind, snr, static_cast<unsigned long long>(seed));
       identification::Identification found;
+      const std::clock_t begin = std::clock();
       try {
         const Recording r = odd.pulses ? identification::with_angle_from_pulses(odd.record, "pulse") : odd.record;
         found = identification::identify({r}, options);
@@ -39,6 +44,7 @@ int main(int argc, char** argv) {
         said = e.what();
         continue;
       }
+      slowest = std::max(slowest, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
       const Status status = found.summary.status;
       ++(status == Status::ok ? ok : status == Status::warning ? warning : unusable);
       if (!found.summary.warnings.empty()) said = found.summary.warnings.front();
@@ -67,10 +73,9 @@ int main(int argc, char** argv) {
       ++all;
     }
     wrong_in_all += wrong;
-    fmt::print(
-        "{:20} {} dB: ok {}, warning {}, unusable {}, refused {}, confidently wrong {}, coverage {:.2f}{} | {}\n", name,
-        snr, ok, warning, unusable, refused, wrong, intervals > 0 ? covered / static_cast<double>(intervals) : NAN, how,
-        said);
+    fmt::print("| {}, {:g} dB | {} | {} | {} | {} | {:.2f} | {:.1f} |{} {}\n", name, snr, ok, warning,
+               unusable + refused, wrong, intervals > 0 ? covered / static_cast<double>(intervals) : NAN, slowest, how,
+               said);
     std::fflush(stdout);
   }
   fmt::print("confidently wrong {} of {}\n", wrong_in_all, all);

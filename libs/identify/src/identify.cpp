@@ -10,6 +10,7 @@
 #include "evidence/compare_all.hpp"
 #include "evidence/model_verdict.hpp"
 #include "evidence/part_agreement.hpp"
+#include "face/rotor_like.hpp"
 #include "record/bridge_gaps.hpp"
 #include "record/damaged_records.hpp"
 #include "rules/chi_square.hpp"
@@ -132,17 +133,23 @@ HoldoutSplit split_of(const IdentifyOptions& o, const std::vector<Recording>& re
   return split_holdout(records, o.holdout, motion, o.rotor.record.angle);
 }
 
+/// The model of what is not held out, of the same kind: what did not explain the whole is not sought again.
+IdentifiedModel fit_of_rest(const IdentifyOptions& o, const std::vector<Recording>& records,
+                            const IdentifiedModel& whole, const std::optional<RotorIdentification>& rotor) {
+  if (has_tilt(whole)) return detail::tilt_of(records.front(), whole, o.rotor);
+  if (rotor && whole.summary.chi_square > rules::kModelError) return detail::rotor_like(records, *rotor, o.rotor).model;
+  return fit(o, records);
+}
+
 /// `rest`: the model of what is not held out, where there is one.
 HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records, const IdentifiedModel& whole,
-                 std::optional<IdentifiedModel>& rest) {
+                 const std::optional<RotorIdentification>& rotor_of_whole, std::optional<IdentifiedModel>& rest) {
   const bool is_rotor = rotor(o.method);
   HeldOut held;
   try {
     const HoldoutSplit split = split_of(o, records);
     held.what = split.what;
-    // The same kind of model: a part may do without what the whole asks for.
-    const IdentifiedModel model =
-        has_tilt(whole) ? detail::tilt_of(split.train.front(), whole, o.rotor) : fit(o, split.train);
+    const IdentifiedModel model = fit_of_rest(o, split.train, whole, rotor_of_whole);
     if (model.summary.status == Status::unusable) {
       held.reason = "the rest alone gives no model: " + model.summary.warnings.back();
       return held;
@@ -209,12 +216,6 @@ Method IdentifyOptions::chosen(const Recording& like) const {
   return !asks && turns ? Method::weak : Method::sindy;
 }
 
-double worst_nrmse(const std::vector<StateScore>& scores) {
-  double worst = 0;
-  for (const StateScore& s : scores) worst = std::isfinite(s.nrmse) ? std::max(worst, s.nrmse) : INFINITY;
-  return worst;
-}
-
 HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, std::string what, bool rotor,
                          const ValidateOptions& options) {
   HeldOut held;
@@ -276,14 +277,15 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
   progress(0);
   Identification id;
   std::optional<IdentifiedModel> rest;
+  std::optional<RotorIdentification> rotor;
   if (o.method == Method::weak) {
-    RotorIdentification found = detail::rotor_or_tilt(records, o.rotor);
+    RotorIdentification& found = rotor.emplace(detail::rotor_or_tilt(records, o.rotor));
     if (o.rotor.angle_source == AngleSource::vibration) {
       take_angle(found.fit, o, records);
       evidence_options.rotor.angle_source = AngleSource::measured;
     }
-    id.model = std::move(found.model);
-    id.evidence.assumptions = std::move(found.assumptions);
+    id.model = found.model;
+    id.evidence.assumptions = found.assumptions;
     if (id.model.quantity != Quantity::displacement) {  // radii are those of the free runs
       id.evidence.range = DataRange{0};
       for (const OutputErrorRecord& r : found.fit.records)
@@ -299,7 +301,7 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
     if (!has_tilt(id.model))
       id.evidence.collinear =
           collinear_groups(id.model, with_derivatives(detail::longest_whole_stretch(records.front()), id.model.inputs));
-    if (o.holdout != 0) id.evidence.held_out = hold_out(evidence_options, records, id.model, rest);
+    if (o.holdout != 0) id.evidence.held_out = hold_out(evidence_options, records, id.model, rotor, rest);
   }
   progress(1);
   if (o.method == Method::weak && o.holdout != 0 && id.model.summary.status != Status::unusable)

@@ -12,6 +12,7 @@
 #include "trajectory/trajectory_score.hpp"
 #include "weak/integral_rows.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/identify/identify.hpp"
 #include "whirl/identify/rotor_record.hpp"
 #include "whirl/identify/simulate_model.hpp"
 
@@ -99,6 +100,12 @@ std::vector<CollinearGroup> collinear_groups(const IdentifiedModel& model, const
     }
   }
   return all;
+}
+
+double worst_nrmse(const std::vector<StateScore>& scores) {
+  double worst = 0;
+  for (const StateScore& s : scores) worst = std::isfinite(s.nrmse) ? std::max(worst, s.nrmse) : INFINITY;
+  return worst;
 }
 
 Recording part_of(const Recording& record, Eigen::Index first, Eigen::Index count) {

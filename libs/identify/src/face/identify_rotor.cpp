@@ -12,6 +12,7 @@
 #include "evidence/omitted_terms.hpp"
 #include "evidence/rotor_ambiguity.hpp"
 #include "evidence/rotor_verdict.hpp"
+#include "face/rotor_like.hpp"
 #include "growth/lower_resonance.hpp"
 #include "growth/rotor_search.hpp"
 #include "growth/self_excited.hpp"
@@ -156,9 +157,12 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
       active = std::move(own);
     }
   }
+  // Where the first of two resonances is followed better than the whole, the terms of the whole are not what is
+  // missing.
+  const auto two = [&] { return lower && lower->misfit() < kHalf * misfit(); };
   // Begun again with rare terms or with modes of any frequency among the candidates, so that none of the terms taken up
   // so far stands in for one of them.
-  if (options.terms && displacement && best && !found())
+  if (options.terms && displacement && best && !found() && !two())
     take(search(first.model, first.eps, active, Beside::rare_terms), kHalf);
   // (A whirl of its own is followed over parts of the displacements: not sought in an integral.)
   std::unique_ptr<RotorSearch> driven;
@@ -177,13 +181,27 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
     }
   }
   if (!best) take(search(first.model, first.eps, active), kAny);
-  if (options.search_modes && best->usable() && !found())
+  if (options.search_modes && best->usable() && !found() && !two())
     take(search(first.model, first.eps, active, Beside::modes), kHalf);
   for (std::unique_ptr<RotorSearch>* other : {&driven, &lower})
     if (*other) take(std::move(*other), kHalf);
   detail::GrownRotor grown = std::move(*best).finish();
   if (!said.empty() && !(grown.misfit() < rules::kModelError)) grown.warnings.push_back(said);
   return grown;
+}
+
+/// The same parts as `like` has, found anew from records that are among its own.
+detail::GrownRotor fitted_as(const std::vector<RotorRecord>& records, const RotorIdentification& like,
+                             const RotorIdentifyOptions& options) {
+  OutputErrorOptions active = like.active;
+  active.substeps = like.fit.substeps;
+  active.profile_degree = options.angle_source == AngleSource::measured ? 0 : options.profile_degree;
+  std::vector<std::complex<double>> eps;
+  for (std::size_t r = 0; r < records.size(); ++r) eps.push_back(like.fit.records[r].eps);
+  for (std::vector<double>* own : {&active.record_k1, &active.record_c})
+    if (!own->empty()) own->resize(records.size());
+  detail::RotorSearch search(records, like.fit.model, eps, active, options, detail::Beside::no_search, like.fit.delay);
+  return std::move(search).finish();
 }
 
 /// Modes and decays were named when they were taken up; their frequencies have been refined since.
@@ -287,8 +305,9 @@ std::string of_one_place(Quantity quantity) {
 
 }  // namespace
 
-RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& given,
-                                            const RotorIdentifyOptions& options) {
+/// `like`: the model is of that kind, and nothing is sought; null: searched for.
+static RotorIdentification identified(const std::vector<RotorRecord>& given, const RotorIdentifyOptions& options,
+                                      const RotorIdentification* like) {
   check(options);
   RotorIdentification result;
   IdentifiedModel& model = result.model;
@@ -331,7 +350,8 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     for (std::size_t r = 0; r < plain.records.size(); ++r) detail::refine_noise(plain.records[r], records[r]);
   }
   if (!displacement) take_high_pass(records, options, first, result.active);
-  detail::GrownRotor grown = grow(records, moving, weak, std::move(first), options, result.active);
+  detail::GrownRotor grown = like != nullptr ? fitted_as(records, *like, options)
+                                             : grow(records, moving, weak, std::move(first), options, result.active);
   if (!grown.usable()) {
     for (const std::string& w : grown.warnings) model.summary.warn(w);
     model.summary.fail(grown.fit.summary.warnings.back());
@@ -366,8 +386,13 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
   return result;
 }
 
-RotorIdentification identify_rotor_detailed(const std::vector<Recording>& recordings,
+RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& records,
                                             const RotorIdentifyOptions& options) {
+  return identified(records, options, nullptr);
+}
+
+static RotorIdentification identified(const std::vector<Recording>& recordings, const RotorIdentifyOptions& options,
+                                      const RotorIdentification* like) {
   std::vector<RotorRecord> records;
   RotorIdentifyOptions o = options;
   o.record.one_axis = true;
@@ -379,7 +404,17 @@ RotorIdentification identify_rotor_detailed(const std::vector<Recording>& record
     records.push_back(rotor_record(none ? with_angle_from_vibration(r, o.record, degree) : r, o.record));
     if (none) o.profile_degree = std::max(o.profile_degree, degree);
   }
-  return identify_rotor_detailed(records, o);
+  return identified(records, o, like);
+}
+
+RotorIdentification identify_rotor_detailed(const std::vector<Recording>& recordings,
+                                            const RotorIdentifyOptions& options) {
+  return identified(recordings, options, nullptr);
+}
+
+RotorIdentification detail::rotor_like(const std::vector<Recording>& recordings, const RotorIdentification& like,
+                                       const RotorIdentifyOptions& options) {
+  return identified(recordings, options, &like);
 }
 
 IdentifiedModel identify_rotor(const std::vector<Recording>& recordings, const RotorIdentifyOptions& options) {

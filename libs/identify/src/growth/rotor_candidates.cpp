@@ -59,7 +59,7 @@ std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, 
 
 double threshold_of(const TermEntry& term, double threshold) {
   constexpr double kUsual = 16;  // forces, sensor axes, modes above the speeds
-  constexpr double kRare = 12;   // parameters of the rare ones
+  constexpr double kRare = 13;   // parameters of the rare ones
   const double kMoreChances = term.rare ? kUsual + kRare : kUsual;
   return term.plain_threshold ? threshold : threshold + 2 * std::log(kMoreChances * term.chances);
 }

@@ -8,9 +8,10 @@ namespace {
 
 /// The model that the search begins with, and what it may take up.
 Growth begin(const std::vector<RotorRecord>& records, const RotorModel& start, const OutputErrorOptions& active,
-             const RotorIdentifyOptions& options, Beside beside) {
+             const RotorIdentifyOptions& options, Beside beside, double delay) {
   const double main_frequency = std::sqrt(start.k1);
-  Growth growth{active, start, 0, hammer_modes(options, main_frequency), {}, {}};
+  Growth growth{active, start, delay, hammer_modes(options, main_frequency), {}, {}};
+  if (growth.active.sensor.gain_drift == 0) growth.active.sensor.drift_start = records.front().t0;
   if (options.terms) growth.terms = candidate_terms(records, main_frequency);
   for (const CandidateMode& c : growth.modes) growth.decays.push_back({{c.mode.omega, c.mode.zeta}});
   double top = 0;
@@ -30,11 +31,13 @@ Growth begin(const std::vector<RotorRecord>& records, const RotorModel& start, c
 
 RotorSearch::RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
                          std::vector<Complex> start_eps, const OutputErrorOptions& active,
-                         const RotorIdentifyOptions& options, Beside beside)
+                         const RotorIdentifyOptions& options, Beside beside, double delay)
     : records_(records),
       options_(options),
       rare_(beside == Beside::rare_terms),
-      growth_(begin(records, start, active, options, beside)),
+      given_(beside == Beside::no_search),
+      modes_(beside == Beside::modes),
+      growth_(begin(records, start, active, options, beside, delay)),
       eps_(std::move(start_eps)) {
   for (const RotorRecord& r : records) values_ += r.readings();
   score_.half_width = options.half_width;
@@ -52,7 +55,11 @@ RotorSearch::RotorSearch(const std::vector<RotorRecord>& records, const RotorMod
     grown_.added.push_back(taken_.back().label);
   }
   keep_grid();
-  while (usable() && step()) {
+  if (given_ && usable()) {
+    settle();
+    test();
+  }
+  while (!given_ && usable() && step()) {
   }
 }
 

@@ -12,6 +12,7 @@ enum class Beside {
   nothing,
   modes,       ///< forced modes of any frequency
   rare_terms,  ///< entries with TermEntry::rare
+  no_search,   ///< the model that is given is fitted as it is
 };
 
 /// Output-error fit from the start given, then the forward score test: the most significant candidate is taken up and
@@ -21,7 +22,7 @@ class RotorSearch {
  public:
   RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
               std::vector<std::complex<double>> start_eps, const OutputErrorOptions& active,
-              const RotorIdentifyOptions& options, Beside beside = Beside::nothing);
+              const RotorIdentifyOptions& options, Beside beside = Beside::nothing, double delay = 0);
 
   bool usable() const { return fit_.summary.status != Status::unusable; }
   /// Chi-square of the weak equations or of the trajectory, the larger; infinite where there is no model.
@@ -46,7 +47,7 @@ class RotorSearch {
   OutputErrorFit fit(const Growth& g, const std::vector<Complex>& start_eps) const;
   OutputErrorFit fit_to_the_end(const Growth& g, OutputErrorFit found, double target) const;
   OutputErrorFit fit_from_either(const Growth& g, const Start& before) const;
-  OutputErrorFit fit_about_instant(Growth g, const ScoreCandidate& candidate) const;
+  OutputErrorFit fit_about_instant(Growth g, const ScoreCandidate& candidate);
   double gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const;
   void settle();
   void keep_grid();
@@ -61,10 +62,13 @@ class RotorSearch {
   // Steps of the search.
   bool step();
   void try_bow();
+  void count(const OutputErrorFit& trial, const Growth& growth);
+  bool spent() const;
   bool gives_up();
   bool explains_enough(const OutputErrorFit& larger) const;
 
   // The model found.
+  bool spent_at_end() const;
   bool beyond_doubt(const Growth& less) const;
   void prune();
   void find_others();
@@ -72,14 +76,17 @@ class RotorSearch {
 
   const std::vector<RotorRecord>& records_;
   const RotorIdentifyOptions& options_;
-  const bool rare_;  // rare terms are tried as the others are
+  const bool rare_;   // rare terms are tried as the others are
+  const bool given_;  // the model stays as it is given
+  const bool modes_;  // modes of any frequency are among the candidates
   Growth growth_;
   std::vector<Complex> eps_;
   ScoreTestOptions score_;
   double values_ = 0;    // real readings
   double grid_for_ = 0;  // chi-square of the fit that chose the grid
-  int tried_ = 0;        // steps of trial fits since the rest was halved
-  int tried_in_all_ = 0;
+  double tried_ = 0;     // steps of trial fits since the rest was halved
+  double tried_in_all_ = 0;
+  double searched_ = 0;       // of these, when the search ended
   double halved_ = INFINITY;  // misfit that began them
   OutputErrorFit fit_;
   GrownRotor grown_;
@@ -91,6 +98,8 @@ class RotorSearch {
 /// Likelihood ratio of models that are told apart (three sigma).
 inline constexpr double kToldApart = 9;
 
+/// What a fit cost, in steps of a fit with no more forces than a rotor has and one Runge-Kutta step a sample.
+double price(const OutputErrorFit& fit, const Growth& growth);
 /// Whether a fit ended by its limit of steps.
 bool ran_out(const OutputErrorFit& fit, const Growth& growth);
 /// Whether the model has more forces beyond RotorModel than one record can carry.

@@ -82,7 +82,8 @@ class RecordRows {
   Eigen::VectorXcd probe_rows(const TermEntry& entry) const {
     SensorAxes sound;
     sound.high_pass = at_.fit.sensor.high_pass, sound.high_pass_square = at_.fit.sensor.high_pass_square;
-    return at_.error(entry.reading({sound, at_.own.main, at_.own.main, 0, 0, at_.record.dt}));
+    sound.drift_start = at_.fit.sensor.drift_start;
+    return at_.error(entry.reading({sound, at_.own.main, at_.own.main, 0, 0, at_.record.dt, at_.record.t0}));
   }
   /// What the model does not have of an entry.
   std::vector<detail::ScoreColumns> candidates(const TermEntry& entry) const {
@@ -136,7 +137,7 @@ class RecordRows {
   void active() {
     const auto& [fit, own, record] = std::tie(at_.fit, at_.own, at_.record);
     const Eigen::VectorXcd measured = detail::unread_by(
-        fit.sensor, (own.readings.size() ? own.readings : record.z) - own.beside, own.main, record.dt);
+        fit.sensor, (own.readings.size() ? own.readings : record.z) - own.beside, own.main, {record.t0, record.dt});
     const detail::WeakSystem noisy = detail::weak_system(at_.rows, measured, record.noise_variance(), at_.forcing);
     place(s_.active, noisy);
     place(s_.instruments, detail::weak_system(at_.rows, own.main, 0, at_.forcing));

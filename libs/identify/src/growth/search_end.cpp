@@ -20,8 +20,11 @@ double RotorSearch::misfit() const {
 
 GrownRotor RotorSearch::finish() && {
   if (usable()) {
-    prune();
-    find_others();
+    if (!given_ && misfit() < rules::kNoTrust) {  // what leaves more is not trusted whatever stands in it
+      searched_ = tried_in_all_;
+      prune();
+      find_others();
+    }
     settle();
     const bool both = !std::ranges::all_of(records_, &RotorRecord::one_axis);
     grown_.absent = absent_terms(records_, fit_, growth_.active, growth_.terms, options_.terms && both, growth_.forces);
@@ -30,6 +33,12 @@ GrownRotor RotorSearch::finish() && {
   grown_.active = growth_.active;
   grown_.bow = growth_.bow;
   return std::move(grown_);
+}
+
+/// Of a model that leaves something, not all is asked.
+bool RotorSearch::spent_at_end() const {
+  constexpr double kMost = 150;
+  return misfit() > rules::kModelError && tried_in_all_ > searched_ + kMost;
 }
 
 /// The parameters that `less` lacks are so many deviations from 0 that no fit without them needs to be tried. A term
@@ -54,12 +63,13 @@ void RotorSearch::prune() {
   bool changed = false;
   for (auto at = taken_.begin(); at != taken_.end();) {
     const std::optional<Growth> less = without_term(growth_, at->term);
-    if (less && beyond_doubt(*less)) {
+    if (spent_at_end() || (less && beyond_doubt(*less))) {
       ++at;
       continue;
     }
     OutputErrorFit without;
     if (less) without = fit_from_either(*less, at->before);
+    if (less) count(without, *less);
     if (!less || without.summary.status == Status::unusable ||
         gain(without, fit_) >= threshold_of(*at->term.entry, options_.score_threshold)) {
       ++at;
@@ -82,10 +92,11 @@ void RotorSearch::find_others() {
     return std::any_of(taken_.begin(), taken_.end(), [&](const Taken& t) { return t.term == term; });
   };
   for (const auto& [taken, other, with] : near_) {
-    if (!is_taken(taken) || is_taken(other)) continue;
+    if (!is_taken(taken) || is_taken(other) || spent_at_end()) continue;
     const std::optional<Growth> less = without_term(growth_, taken);
     if (!less) continue;
     OutputErrorFit replaced = fit_from_either(with_term(*less, other, options_.refine_poles), with);
+    count(replaced, growth_);
     if (replaced.summary.status != Status::unusable && gain(replaced, fit_) < kToldApart)
       grown_.others.push_back({label(taken, growth_), label(other, growth_),
                                std::min(taken.entry->decider, other.entry->decider), std::move(replaced)});

@@ -96,7 +96,7 @@ OutputErrorFit RotorSearch::fit_from_either(const Growth& g, const Start& before
 /// A fit with a force that begins at one instant, from where the weak equations put the model with it. The likelihood
 /// has a maximum in every half period of the free motion that the change sets off: a few steps from each of those about
 /// the instant given, then on from the best.
-OutputErrorFit RotorSearch::fit_about_instant(Growth g, const ScoreCandidate& candidate) const {
+OutputErrorFit RotorSearch::fit_about_instant(Growth g, const ScoreCandidate& candidate) {
   constexpr int kHalfPeriods = 3, kFewSteps = 4;
   const Eigen::VectorXd& moves = candidate.moves;
   const double half_period = std::numbers::pi / std::sqrt(g.start.k1);
@@ -113,6 +113,7 @@ OutputErrorFit RotorSearch::fit_about_instant(Growth g, const ScoreCandidate& ca
     for (RotorTerm& t : at.active.terms)
       if (t.is(*candidate.term)) t.reference += k * half_period;
     OutputErrorFit found = fit(at, eps);
+    tried_in_all_ += price(found, at);
     if (found.summary.status == Status::unusable) continue;
     if (!best || found.summary.chi_square < best->summary.chi_square) best = std::move(found);
   }

@@ -25,6 +25,17 @@ bool too_many(const Growth& growth) {
          std::ranges::count_if(terms, [](const RotorTerm& t) { return !t.entry->external; }) > kMostTerms;
 }
 
+double price(const OutputErrorFit& fit, const Growth& growth) {
+  // Shares of a plain step, measured: a force, an angle that moves, one of the five responses of a mode that moves.
+  constexpr double kTerm = 0.25, kAngle = 1.5, kMode = 0.4;
+  constexpr int kAround = 2;  // simulations before the first step and after the last
+  const OutputErrorOptions& a = growth.active;
+  const bool turning = a.delay || a.clock_drift || a.profile_degree > 0;
+  const double force = fit.substeps * (1 + kTerm * static_cast<double>(a.terms.size()) + (turning ? kAngle : 0));
+  const double modes = kMode * static_cast<double>(growth.start.modes.size()) * (a.poles ? 5 : turning ? 1 : 0);
+  return (fit.iterations + kAround) * (force + modes);
+}
+
 /// One more term; false when none is left that the evidence asks for.
 bool RotorSearch::step() {
   settle();
@@ -54,10 +65,10 @@ bool RotorSearch::step() {
   };
   for (const TermId& term : terms) {
     Growth with = with_term(growth_, term, options_.refine_poles);
-    if (too_many(with)) continue;
+    if (too_many(with) || spent()) continue;
     OutputErrorFit trial =
         term.entry->by_reference != nullptr ? fit_about_instant(with, *score.find(*term.entry)) : fit(with);
-    tried_ += trial.iterations, tried_in_all_ += trial.iterations;
+    count(trial, with);
     if (trial.summary.status == Status::unusable) continue;
     // A rare term that leaves something is no better than usual ones that together leave nothing.
     if (term.entry->rare && !rare_ && !(trial.summary.chi_square < rules::kModelError)) continue;
@@ -67,10 +78,11 @@ bool RotorSearch::step() {
     take(k, std::move(trial));
   }
   for (auto& [k, trial] : slow) {
+    if (spent()) break;
     // The best one goes on for what would be told apart, another one to be better than that.
     const double least = best->summary.chi_square, apart = kToldApart * std::max(1.0, least) / values_;
     OutputErrorFit further = fit_to_the_end(tried[k].with, std::move(trial), least - (k == chosen ? apart : 0));
-    tried_ += further.iterations, tried_in_all_ += further.iterations;
+    count(further, tried[k].with);
     take(k, std::move(further));
   }
   // The trajectory must confirm the weak equations.
@@ -127,16 +139,27 @@ bool RotorSearch::explains_enough(const OutputErrorFit& larger) const {
   return after < rules::kAnotherModel || before - after >= kLeast * (before - 1);
 }
 
+/// Adds what a trial fit cost.
+void RotorSearch::count(const OutputErrorFit& trial, const Growth& growth) {
+  tried_ += trial.iterations;
+  tried_in_all_ += price(trial, growth);
+}
+/// What a search may cost is used up: about 3 ms a step for 12 s at 1 kHz.
+bool RotorSearch::spent() const {
+  constexpr double kMost = 300, kMostOfModes = 600;
+  return misfit() > rules::kModelError && tried_in_all_ > (modes_ ? kMostOfModes : kMost);
+}
+
 /// Something stays unexplained, and no term of many trial fits took half of it: it is none of the terms known here.
 /// Where each takes half but there is no end of them, they stand in for something else.
 bool RotorSearch::gives_up() {
-  constexpr int kPatience = 150, kMost = 400;  // steps of the trial fits
+  constexpr double kPatience = 150;  // steps of the trial fits
   const double rest = misfit();
   if (rest - 1 <= 0.5 * (halved_ - 1)) {
     halved_ = rest;
     tried_ = 0;
   }
-  return rest > rules::kModelError && (tried_ > kPatience || tried_in_all_ > kMost);
+  return rest > rules::kModelError && (tried_ > kPatience || spent());
 }
 
 }  // namespace whirl::identification::detail

@@ -132,6 +132,8 @@ NamedEstimates machine_parameters(const ParameterView& view, const OutputErrorFi
     const std::string name(entry->parameters[0].name);
     if (view.has(name)) p.emplace_back(name, view[name]);
   }
+  if (fit.sensor.gain_drift != 0 && fit.sensor.drift_start != 0)
+    p.emplace_back("sensor_drift_start", Estimate{fit.sensor.drift_start, NAN, NAN, NAN});
   return p;
 }
 
@@ -171,6 +173,7 @@ SensorAxes sensor_of(const IdentifiedModel& model) {
     if (entry->sensor == nullptr) continue;
     if (const Estimate* e = model.parameter(std::string(entry->parameters[0].name))) axes.*entry->sensor = e->value;
   }
+  if (const Estimate* start = model.parameter("sensor_drift_start")) axes.drift_start = start->value;
   return axes;
 }
 

@@ -34,6 +34,7 @@ TERM(sampling_skew);
 TERM(ac_coupling);
 TERM(ac_coupling_twice);
 TERM(probe_curve);
+TERM(gain_drift);
 TERM(cubic_conj);
 TERM(conj_cubed);
 TERM(square);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 #include "output_error/rotor/output_error_kernel.hpp"
@@ -78,11 +79,33 @@ double rms(const Eigen::VectorXd& v, const Eigen::ArrayXd& usable) {
   return usable.size() ? std::sqrt((v.array().square() * usable).sum() / std::max(1.0, usable.sum())) : rms(v);
 }
 
-void tell(Validation& v, const ValidateOptions& options, const Summary& fit) {
+/// Whether a change at one instant is among the terms.
+bool changes(const std::vector<RotorTerm>& terms) {
+  return std::ranges::any_of(terms, [](const RotorTerm& t) { return t.entry->by_reference != nullptr; });
+}
+
+/// A run that holds no change shows the machine as it is now, whenever it was recorded: of the two fits the one that
+/// follows it better. True: without the change.
+bool take_as_now(const RotorRecord& record, const RotorModel& rotor, Complex eps, double delay,
+                 OutputErrorOptions& free, OutputErrorFit& fit) {
+  if (!changes(free.terms)) return false;
+  OutputErrorOptions now = free;
+  std::erase_if(now.terms, [](const RotorTerm& t) { return t.entry->by_reference != nullptr; });
+  OutputErrorFit after = fit_output_error_rotor({record}, rotor, now, {eps}, delay);
+  if (after.summary.status == Status::unusable ||
+      !(fit.summary.status == Status::unusable || after.summary.chi_square < fit.summary.chi_square))
+    return false;
+  free = std::move(now);
+  fit = std::move(after);
+  return true;
+}
+
+void tell(Validation& v, const ValidateOptions& options, const Summary& fit, bool as_now) {
   for (const std::string& w : fit.warnings) v.summary.warn(w);
   const bool offset = options.refit_offset || v.quantity != Quantity::displacement;
   v.summary.trust = fmt::format("Free run, unbalance {}; initial state{} fitted.", to_string(options.unbalance),
                                 offset ? " and sensor offset" : "");
+  if (as_now) v.summary.trust += " The machine as it is after its change: this run does not hold it.";
 }
 
 }  // namespace
@@ -173,7 +196,8 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   free.free_terms = false;
   if (same_sensors) free.sensor = detail::sensor_of(model);
   if (const Estimate* drift = model.parameter("clock_drift")) free.start_drift = drift->value;
-  const OutputErrorFit fit = fit_output_error_rotor({record}, *model.rotor, free, {eps}, delay);
+  OutputErrorFit fit = fit_output_error_rotor({record}, *model.rotor, free, {eps}, delay);
+  const bool as_now = take_as_now(record, *model.rotor, eps, delay, free, fit);
   if (fit.summary.status == Status::unusable) {
     v.summary.fail(fit.summary.warnings.back());
     return v;
@@ -212,7 +236,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
     if (record.axes != Axes::x) v.band_y = band(record.noise_y, spread[1]);
   }
   v.summary.chi_square = fit.summary.chi_square;
-  tell(v, options, fit.summary);
+  tell(v, options, fit.summary, as_now);
   return v;
 }
 

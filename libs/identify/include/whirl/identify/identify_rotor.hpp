@@ -69,7 +69,7 @@ struct RotorIdentification {
 /// c_conj_im (natural_frequency and damping_ratio: of the forward whirl as the records passed it; k1, k2 and c of the
 /// equations: their intervals cover the terms that the records do not exclude), the parameters of term_catalogue(),
 /// sensor_gain, sensor_angle (rad), sensor_skew (s), sensor_high_pass (rad/s), sensor_high_pass_square
-/// (rad^2/s^2), sensor_cubic (1/m^2), delay (s),
+/// (rad^2/s^2), sensor_cubic (1/m^2), sensor_gain_drift (1/s, from sensor_drift_start on), delay (s),
 /// runout1+_re, ..., mode1_omega, mode1_zeta, mode1_re,
 /// ..., decay1_omega, decay1_zeta, ...
 ///

@@ -32,6 +32,8 @@ struct SensorAxes {
   double high_pass = 0;
   double cubic = 0;  ///< curve of both probes: a displacement v is read as v + cubic v^3 (each axis), 1/m^2
   double high_pass_square = 0;
+  double gain_drift = 0;   ///< both probes read 1 + gain_drift (t - drift_start) times the displacement, 1/s
+  double drift_start = 0;  ///< s
 };
 
 /// Which parameters the output-error fit estimates. Parameters that are not estimated keep their starting value.
@@ -75,6 +77,7 @@ struct OutputErrorOptions {
 
 /// What belongs to one record of an output-error fit.
 struct OutputErrorRecord {
+  double t0 = 0;                                    ///< time of sample 0, s
   std::complex<double> eps;                         ///< unbalance, m
   double k1_change = 0, c_change = 0;               ///< k1 and c of this record beyond those of the first, 1/s^2, 1/s
   std::complex<double> offset;                      ///< sensor offset, as read

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cmath>
+#include <complex>
 #include <optional>
 #include <span>
 #include <string>
@@ -35,6 +36,11 @@ struct RotorTerm {
 /// State of the rotor: m, m/s, speed rad/s, angle rad, time s, acceleration of the angle rad/s^2.
 struct TermPoint {
   double x = 0, y = 0, vx = 0, vy = 0, w = 0, beta = 0, time = 0, alpha = 0;
+  const std::complex<double>*turned = nullptr, *turned_twice = nullptr;  ///< e^{i beta}, e^{2 i beta} where worked out
+
+  std::complex<double> turn() const { return turned != nullptr ? *turned : turn_by(beta); }
+  std::complex<double> turn_twice() const { return turned_twice != nullptr ? *turned_twice : turn_by(2 * beta); }
+  static std::complex<double> turn_by(double angle) { return {std::cos(angle), std::sin(angle)}; }
 };
 
 /// Force of a term for coefficient 1, and its derivatives.
@@ -104,6 +110,7 @@ struct TermEntry {
   bool drifts = false;        ///< it changes with time
   bool moves_middle = false;  ///< spring or damping in the middle of a run are not those at its start or at rest
   bool dry = false;           ///< it holds small motion
+  bool twice_a_turn = false;  ///< it asks for TermPoint::turn_twice
   std::size_t parts_of_one_axis = 8;  ///< where one axis reads forward and backward alike
   // As the plants of a design have it; null: they have none. (Doxygen does not read pointers to members.)
   /// @cond

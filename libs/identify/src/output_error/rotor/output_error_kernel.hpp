@@ -38,6 +38,11 @@ struct MainMotion {
   const Eigen::VectorXcd& read(int derivative) const { return derivative == 0 ? z : derivative == 1 ? v : a; }
 };
 
+/// e^{i beta} and, where a term asks for it, e^{2 i beta} on a grid: worked out once, not in every stage of every step.
+struct Turns {
+  Eigen::VectorXcd once, twice;
+};
+
 /// Forces beyond RotorModel, with the angle on the grid of the forcing and the time of sample 0 that they may depend
 /// on.
 struct TermForces {
@@ -45,6 +50,7 @@ struct TermForces {
   const AngleSignal& angle;
   double t0;
   const Eigen::VectorXcd* known = nullptr;  ///< acceleration on that grid, m/s^2; may be null
+  const Turns* turns = nullptr;             ///< of the angle; may be null
   bool any() const { return !terms.empty() || known != nullptr; }
   TermPoint point(double x, double y, double vx, double vy, Eigen::Index half, double half_step) const {
     return {x,
@@ -54,7 +60,9 @@ struct TermForces {
             angle.omega[half],
             angle.beta[half],
             t0 + half_step * static_cast<double>(half),
-            angle.alpha[half]};
+            angle.alpha[half],
+            turns != nullptr ? &turns->once[half] : nullptr,
+            turns != nullptr && turns->twice.size() > 0 ? &turns->twice[half] : nullptr};
   }
 };
 

@@ -120,27 +120,35 @@ Eigen::VectorXcd cubes(const Eigen::VectorXcd& motion) {
       [](const Complex& z) { return Complex(z.real() * z.real() * z.real(), z.imag() * z.imag() * z.imag()); });
 }
 
-Eigen::VectorXcd probe_signal(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt) {
-  Eigen::VectorXcd out = motion;
-  if (sensor.cubic != 0) out += sensor.cubic * cubes(motion);
-  return sensor.high_pass > 0 ? high_passed(out, high_pass_of(sensor, dt)) : out;
+Eigen::ArrayXd drifted_gain(const SensorAxes& sensor, Eigen::Index samples, const Instants& at) {
+  const double first = at.t0 - sensor.drift_start;
+  return 1 + sensor.gain_drift *
+                 Eigen::ArrayXd::LinSpaced(samples, first, first + at.dt * static_cast<double>(samples - 1));
 }
 
-Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt) {
-  Eigen::VectorXcd out = probe_signal(sensor, motion, dt);
+Eigen::VectorXcd probe_signal(const SensorAxes& sensor, const Eigen::VectorXcd& motion, const Instants& at) {
+  Eigen::VectorXcd out = motion;
+  if (sensor.cubic != 0) out += sensor.cubic * cubes(motion);
+  if (sensor.gain_drift != 0) out.array() *= drifted_gain(sensor, out.size(), at);
+  return sensor.high_pass > 0 ? high_passed(out, high_pass_of(sensor, at.dt)) : out;
+}
+
+Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion, const Instants& at) {
+  Eigen::VectorXcd out = probe_signal(sensor, motion, at);
   if (sensor.gain == 0 && sensor.angle == 0 && sensor.skew == 0) return out;
-  out.imag() = later(lean(sensor).y * out.imag() + lean(sensor).x * out.real(), sensor.skew / dt);
+  out.imag() = later(lean(sensor).y * out.imag() + lean(sensor).x * out.real(), sensor.skew / at.dt);
   return out;
 }
 
 Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings,
-                           const Eigen::VectorXcd& simulated, double dt) {
+                           const Eigen::VectorXcd& simulated, const Instants& at) {
   Eigen::VectorXcd out = readings;
   if (sensor.gain != 0 || sensor.angle != 0 || sensor.skew != 0) {
-    const Eigen::VectorXd y = later(readings.imag(), -sensor.skew / dt);
+    const Eigen::VectorXd y = later(readings.imag(), -sensor.skew / at.dt);
     out.imag() = (y - lean(sensor).x * readings.real()) / lean(sensor).y;
   }
-  if (sensor.high_pass > 0 || sensor.cubic != 0) out += simulated - probe_signal(sensor, simulated, dt);
+  if (sensor.high_pass > 0 || sensor.cubic != 0 || sensor.gain_drift != 0)
+    out += simulated - probe_signal(sensor, simulated, at);
   return out;
 }
 

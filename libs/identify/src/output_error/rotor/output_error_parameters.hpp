@@ -52,25 +52,31 @@ struct Lean {
   double x, y;
 };
 Lean lean(const SensorAxes& sensor);
+/// When samples are taken.
+struct Instants {
+  double t0, dt;  ///< s
+};
 /// Where an error of the probes is asked for its part in the readings.
 struct ProbePoint {
   const SensorAxes& sensor;
   const Eigen::VectorXcd &main, &signal;  ///< simulated motion as read, and as the probes give it to the converters
   Complex charge, charge_rate;            ///< of a high-pass, OutputErrorRecord
-  double dt;
+  double dt, t0;
 };
 /// Of readings dt apart.
 HighPass high_pass_of(const SensorAxes& sensor, double dt);
 /// v^3 of each axis.
 Eigen::VectorXcd cubes(const Eigen::VectorXcd& motion);
 /// What the probes give to the converters: bent by their curve, then high-passed.
-Eigen::VectorXcd probe_signal(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt);
+Eigen::VectorXcd probe_signal(const SensorAxes& sensor, const Eigen::VectorXcd& motion, const Instants& at);
+/// By what both probes read too much at each sample.
+Eigen::ArrayXd drifted_gain(const SensorAxes& sensor, Eigen::Index samples, const Instants& at);
 /// The motion as the probes read it.
-Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt);
+Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion, const Instants& at);
 /// The motion that gives these readings. What a high-pass takes away and a bent curve adds is put right by the
 /// simulated motion: a high-pass undone would carry the noise of all readings on.
 Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings,
-                           const Eigen::VectorXcd& simulated, double dt);
+                           const Eigen::VectorXcd& simulated, const Instants& at);
 
 /// Parameters that the options ask for, shared ones first, then those of each record.
 std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, const OutputErrorOptions& options,

@@ -174,7 +174,7 @@ Eigen::VectorXd OutputErrorProblem::residual(const Point& p, std::size_t r, Outp
   if (record.charge != 0.0) record.beside += record.charge * discharge(n, corner);
   if (record.charge_rate != 0.0) record.beside += record.charge_rate * discharge(n, corner, true);
   Eigen::VectorXd residual(2 * n);
-  const Eigen::VectorXcd model = read_by(p.sensor, record.as_read(), m.dt) + record.beside, error = m.z - model;
+  const Eigen::VectorXcd model = read_by(p.sensor, record.as_read(), {m.t0, m.dt}) + record.beside, error = m.z - model;
   residual.head(n) = error.real();
   residual.tail(n) = error.imag();
   const ResidualFilter& filter = filters_[r];
@@ -250,7 +250,8 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
   const double dt = measured_[r].dt;
   const HighPass corner = high_pass_of(p.sensor, dt);
   const Eigen::VectorXcd& main = p.records[r].as_read();
-  const Eigen::VectorXcd z = probe_signal(p.sensor, main, dt);
+  const Instants instants{measured_[r].t0, dt};
+  const Eigen::VectorXcd z = probe_signal(p.sensor, main, instants);
   const Lean own = lean(p.sensor);
   const Eigen::Index n = z.size();
   const Eigen::VectorXcd ones = Eigen::VectorXcd::Ones(n);
@@ -267,7 +268,8 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
       integrated.emplace_back(column, first + reference_lanes(p.terms)[static_cast<std::size_t>(q.index)]);
     } else if (q.kind == Kind::sensor) {
       const OutputErrorRecord& record = p.records[r];
-      const Eigen::VectorXcd g = q.sensor->reading({p.sensor, main, z, record.charge, record.charge_rate, dt});
+      const Eigen::VectorXcd g =
+          q.sensor->reading({p.sensor, main, z, record.charge, record.charge_rate, dt, instants.t0});
       x = g.real();
       y = g.imag();
     } else if (q.kind == Kind::charge) {
@@ -292,6 +294,13 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
     for (const auto& [column, lane] : integrated) {
       motion_.dx.col(lane).array() *= steep_x;
       motion_.dy.col(lane).array() *= steep_y;
+    }
+  }
+  if (p.sensor.gain_drift != 0) {
+    const Eigen::ArrayXd gain = drifted_gain(p.sensor, n, instants);
+    for (const auto& [column, lane] : integrated) {
+      motion_.dx.col(lane).array() *= gain;
+      motion_.dy.col(lane).array() *= gain;
     }
   }
   if (corner.any()) {

@@ -76,7 +76,7 @@ class OutputErrorProblem {
   const Eigen::VectorXcd* known_force(std::size_t r) const { return forces_.empty() ? nullptr : &forces_[r]; }
   StepGrid grid(std::size_t r) const { return {measured_[r].dt, steps_of(options_), measured_[r].derivative()}; }
   TermForces forces(const Point& p, std::size_t r, const Signals& s) const {
-    return {p.terms, s.angle, measured_[r].t0, s.known.size() > 0 ? &s.known : nullptr};
+    return {p.terms, s.angle, measured_[r].t0, s.known.size() > 0 ? &s.known : nullptr, &s.turns};
   }
   Eigen::VectorXd residual(const Point& p, std::size_t r, OutputErrorRecord& record);
   void jacobian(const Point& p, std::size_t r, const std::vector<Eigen::Index>& unknowns);

@@ -33,7 +33,7 @@ void check(const std::vector<RotorRecord>& records, const OutputErrorOptions& op
   }
 }
 
-detail::Point start_point(std::size_t records, const RotorModel& start, const OutputErrorOptions& options,
+detail::Point start_point(const std::vector<double>& times, const RotorModel& start, const OutputErrorOptions& options,
                           const std::vector<Complex>& start_eps, double start_delay) {
   detail::Point point;
   point.model = start;
@@ -42,8 +42,9 @@ detail::Point start_point(std::size_t records, const RotorModel& start, const Ou
   point.clock_drift = options.start_drift;
   point.terms = options.terms;
   point.sensor = options.sensor;
-  for (std::size_t r = 0; r < records; ++r) {
+  for (std::size_t r = 0; r < times.size(); ++r) {
     OutputErrorRecord o;
+    o.t0 = times[r];
     o.eps = start_eps.empty() ? start.eps : start_eps[r];
     o.offset = start.offset;
     if (!options.record_k1.empty()) o.k1_change = options.record_k1[r];
@@ -84,7 +85,7 @@ void take_over(const std::vector<detail::Parameter>& parameters, detail::Point&&
 }  // namespace
 
 Eigen::VectorXcd OutputErrorFit::read_main(std::size_t r) const {
-  return detail::read_by(sensor, records[r].as_read(), records[r].angle.dt);
+  return detail::read_by(sensor, records[r].as_read(), {records[r].t0, records[r].angle.dt});
 }
 
 Eigen::Index OutputErrorFit::index(const std::string& name) const {
@@ -105,7 +106,9 @@ OutputErrorFit detail::fit_with_forces(const std::vector<RotorRecord>& records, 
     }
   }
 
-  detail::Point point = start_point(records.size(), start, options, start_eps, start_delay);
+  std::vector<double> times;
+  for (const RotorRecord& r : records) times.push_back(r.t0);
+  detail::Point point = start_point(times, start, options, start_eps, start_delay);
   OutputErrorOptions used = options;
   used.substeps = std::max(1, options.substeps);
   std::optional<detail::OutputErrorProblem> problem;
@@ -146,7 +149,9 @@ OutputErrorFit detail::fit_with_forces(const std::vector<RotorRecord>& records, 
 
 detail::Point detail::point_of(const OutputErrorFit& fit, const OutputErrorOptions& options,
                                const std::vector<Parameter>& parameters) {
-  Point point = start_point(fit.records.size(), fit.model, options, {}, fit.delay);
+  std::vector<double> times;
+  for (const OutputErrorRecord& r : fit.records) times.push_back(r.t0);
+  Point point = start_point(times, fit.model, options, {}, fit.delay);
   for (std::size_t r = 0; r < fit.records.size(); ++r) {
     const OutputErrorRecord& from = fit.records[r];
     OutputErrorRecord& to = point.records[r];

@@ -44,16 +44,24 @@ void correct_angle(const RotorRecord& measured, const Eigen::VectorXd& correctio
   }
 }
 
+Turns turns_of(const AngleSignal& angle, const std::vector<RotorTerm>& terms) {
+  const auto by = [&](double times) {
+    return Eigen::VectorXcd(angle.beta.unaryExpr([times](double b) { return TermPoint::turn_by(times * b); }));
+  };
+  const bool twice = std::ranges::any_of(terms, [](const RotorTerm& t) { return t.entry->twice_a_turn; });
+  return {by(1), twice ? by(2) : Eigen::VectorXcd()};
+}
+
 // F and its derivatives by the coefficients of the angle correction, then by the delay.
-Eigen::VectorXcd forcing_of(const AngleSignal& a, int profile_degree, bool delay, bool drift,
-                            Eigen::MatrixXcd& profile) {
+Eigen::VectorXcd forcing_of(const AngleSignal& a, const Eigen::VectorXcd& turned, int profile_degree, bool delay,
+                            bool drift, Eigen::MatrixXcd& profile) {
   const Eigen::Index n = a.beta.size();
   Eigen::VectorXcd f(n);
   profile.resize(n, profile_degree + delay + drift);
   const double horizon = 0.5 * a.dt * static_cast<double>(n - 1);
   for (Eigen::Index i = 0; i < n; ++i) {
     const double w = a.omega[i];
-    const Complex e(std::cos(a.beta[i]), std::sin(a.beta[i]));
+    const Complex e = turned[i];
     f[i] = e * Complex(w * w, -a.alpha[i]);
     // d F / d a_k = i p F + e (2 w p' - i p''), p = u^k
     const double u = static_cast<double>(i) / static_cast<double>(n - 1);
@@ -153,7 +161,9 @@ void refresh(Point& p, std::size_t r, const RotorRecord& measured, const OutputE
   if (first || turning) {
     correct_angle(measured, p.profile[r], p.delay, p.clock_drift, record.angle);
     s.angle = substeps == 1 ? record.angle : rotor::refine(record.angle, substeps);
-    s.forcing = forcing_of(s.angle, options.profile_degree, options.delay, options.clock_drift, s.profile);
+    s.turns = turns_of(s.angle, options.terms);
+    s.forcing =
+        forcing_of(s.angle, s.turns.once, options.profile_degree, options.delay, options.clock_drift, s.profile);
     if (known != nullptr) s.known = refined_force(*known, record.angle, s.angle, substeps);
     refresh_runout(record, options.runout_harmonics, s);
   }

@@ -10,6 +10,7 @@ namespace whirl::identification::detail {
 /// Signals that follow from the angle and the poles of one record.
 struct Signals {
   AngleSignal angle;                                         // corrected, on the grid of the integration's steps
+  Turns turns;                                               // of it
   Eigen::VectorXcd forcing;                                  // F on this grid
   Eigen::MatrixXcd profile;                                  // d F / d correction on this grid
   Eigen::VectorXcd known;                                    // known acceleration on this grid; empty: none

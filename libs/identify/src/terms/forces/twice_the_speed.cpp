@@ -10,7 +10,7 @@ const TermEntry& twice_the_speed() {
       .parameters = {{"e2_forward_re", "m"}, {"e2_forward_im", "m"}, {"e2_backward_re", "m"}, {"e2_backward_im", "m"}},
       .force =
           [](const TermPoint& p, double, std::size_t part) {
-            const double c = p.w * p.w * std::cos(2 * p.beta), s = p.w * p.w * std::sin(2 * p.beta);
+            const double c = p.w * p.w * p.turn_twice().real(), s = p.w * p.w * p.turn_twice().imag();
             TermForce f;
             f.x = part % 2 == 0 ? c : part == 1 ? -s : s;
             f.y = part % 2 == 1 ? c : part == 0 ? s : -s;
@@ -23,6 +23,7 @@ const TermEntry& twice_the_speed() {
             return one(cosine ? "X6^2*cos(2*X5)" : "X6^2*sin(2*X5)", sign);
           },
       .external = true,
+      .twice_a_turn = true,
       .parts_of_one_axis = 2,
       .plain_threshold = true,
       .hinted = false,

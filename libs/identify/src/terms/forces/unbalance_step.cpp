@@ -5,7 +5,7 @@ namespace {
 
 /// Of the unbalance 1 or i.
 TermForce unbalance(const TermPoint& p, double size, std::size_t part) {
-  const double c = std::cos(p.beta), s = std::sin(p.beta), square = p.w * p.w;
+  const double c = p.turn().real(), s = p.turn().imag(), square = p.w * p.w;
   const double x = square * c + p.alpha * s, y = square * s - p.alpha * c;
   TermForce f;
   f.x = size * (part == 0 ? x : -y), f.y = size * (part == 0 ? y : x);

@@ -13,7 +13,7 @@ const TermEntry& asymmetric_shaft() {
                      {"sag_turning_im", "m/s^2"}},
       .force =
           [](const TermPoint& p, double, std::size_t part) {  // -e^{2 i b} conj z, times i, e^{2 i b}, times i
-            const double c = std::cos(2 * p.beta), s = std::sin(2 * p.beta);
+            const double c = p.turn_twice().real(), s = p.turn_twice().imag();
             if (part > 1) return TermForce{.x = part == 2 ? c : -s, .y = part == 2 ? s : c};
             const double xx = part == 0 ? -c : s, xy = part == 0 ? -s : -c;
             TermForce f;
@@ -26,6 +26,7 @@ const TermEntry& asymmetric_shaft() {
         const char *own = t.part == 0 ? "cos(2*X5)*" : "sin(2*X5)*", *other = t.part == 0 ? "sin(2*X5)*" : "cos(2*X5)*";
         return {{own + a.own, (t.part == 0) == a.x ? -1.0 : 1.0}, {other + a.other, -1}};
       },
+      .twice_a_turn = true,
       .rare = true,
       .decider = Decider::free_decay,
   };

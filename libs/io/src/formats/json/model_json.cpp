@@ -83,7 +83,7 @@ std::array<double, 5> rotor_values(const RotorModel& r) { return {r.k1, r.k2, r.
 }  // namespace
 
 std::string_view parameter_unit(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 55> units{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 57> units{
       {{"k1", "1/s^2"},
        {"k2", "1/(m^2 s^2)"},
        {"c", "1/s"},
@@ -121,6 +121,8 @@ std::string_view parameter_unit(std::string_view name) {
        {"sensor_high_pass", "rad/s"},
        {"sensor_high_pass_square", "rad^2/s^2"},
        {"sensor_cubic", "1/m^2"},
+       {"sensor_gain_drift", "1/s"},
+       {"sensor_drift_start", "s"},
        {"natural_frequency", "rad/s"},
        {"damping_ratio", "1"},
        {"delay", "s"},
