@@ -27,8 +27,7 @@ class SweepIntegration {
       double_.setZero(count_, columns_);
       moment_.setZero(count_, columns_);
       middle_ = run_.speed[b];
-      for (Index i = 0; i < per_block; ++i)
-        advance(b * per_block + i, std::polar(1.0, 2 * kStepAngle * static_cast<double>(i)));
+      for (Index i = 0; i < per_block; ++i) advance(b * per_block + i, twice_turned(i));
       finish_block(b, static_cast<double>(per_block));
     }
     return std::move(part_);
@@ -57,7 +56,7 @@ class SweepIntegration {
     next_ = c_;
     weights_.clear();
     for (Index k = 0; k < count_; ++k) {
-      weights_.emplace_back(node_.pole[k] - Complex(0, speed), h, kStepAngle);
+      weights_.emplace_back(node_.pole[k] * h - Complex(0, kStepAngle), h);
       const StepWeights::Row& w = weights_.back().next;
       next_.row(k) = w.state * c_.row(k) + w.first * (drive_.row(k) + turning_.row(k)) +
                      w.last * (next_drive_.row(k) + turning_.row(k));

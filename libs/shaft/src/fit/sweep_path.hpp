@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 
@@ -48,18 +49,22 @@ struct SweepPath {
   }
 };
 
+/// 1 / z of numbers far from the limits of their exponent, where the library's division would scale.
+inline std::complex<double> inverse(std::complex<double> z) { return std::conj(z) / std::norm(z); }
+
 /// phi_0 = e^z, phi_{k+1} = (phi_k - 1 / k!) / z.
 struct PhiFunctions {
   std::complex<double> zero, one, two, three;
   explicit PhiFunctions(std::complex<double> z) : zero(std::exp(z)) {
-    if (std::abs(z) < 1e-2) {
+    if (std::norm(z) < 1e-4) {
       one = 1.0 + z / 2.0 + z * z / 6.0 + z * z * z / 24.0 + z * z * z * z / 120.0;
       two = 0.5 + z / 6.0 + z * z / 24.0 + z * z * z / 120.0;
       three = 1.0 / 6.0 + z / 24.0 + z * z / 120.0 + z * z * z / 720.0;
     } else {
-      one = (zero - 1.0) / z;
-      two = (one - 1.0) / z;
-      three = (two - 0.5) / z;
+      const std::complex<double> part = inverse(z);
+      one = (zero - 1.0) * part;
+      two = (one - 1.0) * part;
+      three = (two - 0.5) * part;
     }
   }
 };
@@ -74,17 +79,29 @@ struct StepWeights {
   };
   Row next, mean, twice;
 
-  StepWeights(std::complex<double> m, double h, double angle) {
-    const PhiFunctions phi(m * h);
+  /// `m_h` is m times h; the angle of the step is kStepAngle.
+  StepWeights(std::complex<double> m_h, double h) {
+    const PhiFunctions phi(m_h);
     next = {phi.zero, h * (phi.one - phi.two), h * phi.two};
     mean = {phi.one, h * (phi.two - phi.three), h * phi.three};
     // (c e^{2 i theta})' = (m + 2 i Omega) c e^{2 i theta} + b e^{2 i theta}
-    const std::complex<double> turn(0, 2 * angle), end = std::exp(turn), all = (end - 1.0) / turn,
-                                                   rising = (end - all) / turn, apart = m * h + turn;
-    twice = {(end * next.state - 1.0) / apart, (end * next.first - h * (all - rising)) / apart,
-             (end * next.last - h * rising) / apart};
+    static const std::complex<double> turn(0, 2 * kStepAngle), end = std::exp(turn), all = (end - 1.0) / turn,
+                                                               rising = (end - all) / turn;
+    const std::complex<double> apart = inverse(m_h + turn);
+    twice = {(end * next.state - 1.0) * apart, (end * next.first - h * (all - rising)) * apart,
+             (end * next.last - h * rising) * apart};
   }
 };
+
+/// e^{2 i theta} at a step of the grid from a whole turn on.
+inline std::complex<double> twice_turned(Eigen::Index step) {
+  static const auto table = [] {
+    std::array<std::complex<double>, kGridPerTurn> t;
+    for (std::size_t i = 0; i < t.size(); ++i) t[i] = std::polar(1.0, 2 * kStepAngle * static_cast<double>(i));
+    return t;
+  }();
+  return table[static_cast<std::size_t>(step % kGridPerTurn)];
+}
 
 /// What the sums of `signal::order_vectors` add to means: they hold 64 samples a turn from the first of a block on, not
 /// the one at its end (Euler and Maclaurin). Times c at the begin less c at the end, over the turns of the block.

@@ -49,8 +49,7 @@ class SlopeIntegration {
       e_sum_ = e_double_ = MatrixXcd::Zero(count_, unknowns_);
       c_begin_ = c_;
       e_begin_ = e_;
-      for (Index i = 0; i < per_block; ++i)
-        advance(b * per_block + i, std::polar(1.0, 2 * kStepAngle * static_cast<double>(i)));
+      for (Index i = 0; i < per_block; ++i) advance(b * per_block + i, twice_turned(i));
       finish_block(b, static_cast<double>(per_block));
     }
     return std::move(slopes_);
@@ -84,7 +83,7 @@ class SlopeIntegration {
     turning_.noalias() = rate * node_.coupling.lazyProduct(c_);
     turning_slopes_.noalias() = rate * node_.coupling.lazyProduct(e_);
     for (Index k = 0; k < count_; ++k) {
-      const StepWeights w(node_.pole[k] - Complex(0, speed), h, kStepAngle);
+      const StepWeights w(node_.pole[k] * h - Complex(0, kStepAngle), h);
       const Complex first = source_[k] + turning_[k], last = next_source_[k] + turning_[k], before = c_[k];
       const auto moved = [&](const StepWeights::Row& r) { return r.state * before + r.first * first + r.last * last; };
       c_sum_[k] += moved(w.mean);
@@ -95,7 +94,8 @@ class SlopeIntegration {
       last_ = c_[k] * node_.pole_slopes.row(k) + next_slopes_.row(k) + turning_slopes_.row(k);
       e_sum_.row(k) += w.mean.state * e_.row(k) + w.mean.first * first_ + w.mean.last * last_;
       e_double_.row(k) += phase * (w.twice.state * e_.row(k) + w.twice.first * first_ + w.twice.last * last_);
-      e_.row(k) = (w.next.state * e_.row(k) + w.next.first * first_ + w.next.last * last_).eval();
+      moved_ = w.next.state * e_.row(k) + w.next.first * first_ + w.next.last * last_;
+      e_.row(k) = moved_;
     }
     source_.swap(next_source_);
     source_slopes_.swap(next_slopes_);
@@ -132,7 +132,7 @@ class SlopeIntegration {
   Index count_, unknowns_ = 0;
   SweepNode node_;
   VectorXcd c_, c_begin_, source_, next_source_, turning_, c_sum_, c_double_;
-  Eigen::RowVectorXcd first_, last_;
+  Eigen::RowVectorXcd first_, last_, moved_;
   MatrixXcd e_, e_begin_, source_slopes_, next_slopes_, turning_slopes_, e_sum_, e_double_;
   MatrixXcd slopes_;
 };
