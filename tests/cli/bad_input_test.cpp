@@ -40,7 +40,7 @@ TEST(BadInputE2e, EveryWrongCallEndsWithCodeTwoAndOneClearSentence) {
       {"info empty.csv", "empty.csv"},
       {"info no_unit.csv", "no_unit.csv:1"},
       {"info unknown_unit.csv", "furlong"},
-      {"convert nan.csv c.csv", "nan.csv:3"},
+      {"identify nan.csv", "nan.csv"},
       {"convert jump.csv c.csv", "jump.csv:4"},
       {"identify no_beta.csv", "beta"},
       {"identify good.csv --method magic", "magic"},

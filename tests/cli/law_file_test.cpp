@@ -31,7 +31,7 @@ TEST(LawFileE2e, ALawOfTheUserIsCertifiedRunAndExported) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   const Outcome c = folder.whirl("export c c.json --out code");
   EXPECT_EQ(c.exit_code, 0) << c.err;
-  const Outcome fmu = folder.whirl("export fmu c.json --out c.fmu");
+  const Outcome fmu = folder.whirl("export fmu c.json --out unit");
   EXPECT_EQ(fmu.exit_code, 0) << fmu.err;
 }
 

@@ -145,17 +145,19 @@ std::string take_to_even_grid(const CsvStream& stream, const Eigen::VectorXd& t,
     // Many short holes: what is left between them tells neither noise nor structure.
     constexpr Eigen::Index kShortHole = 10;
     constexpr double kMostScattered = 0.15;
-    Eigen::Index scattered = 0;
+    Eigen::Index scattered = 0, first = 0;  // the row behind the first hole
     for (std::size_t i = 1; i < g.index.size(); ++i) {
       const Eigen::Index hole = g.index[i] - g.index[i - 1] - 1;
-      if (hole <= kShortHole) scattered += hole;
+      if (hole <= 0 || hole > kShortHole) continue;
+      if (scattered == 0) first = static_cast<Eigen::Index>(i);
+      scattered += hole;
     }
     if (static_cast<double>(scattered) > kMostScattered * static_cast<double>(rows)) {
-      throw Error(
-          fmt::format("{}: time is not uniform: of a grid of {:.6g} s {} of {} samples are missing in short holes; "
-                      "does the sample rate "
-                      "change? Split the file there",
-                      record.source, g.step, scattered, rows));
+      throw Error::in_file(
+          record.source, stream.line_of(first),
+          fmt::format("time is not uniform: of a grid of {:.6g} s {} of {} samples are missing in short holes; the "
+                      "first is here. Does the sample rate change? Split the file there",
+                      g.step, scattered, rows));
     }
     for (Channel& c : record.channels) {
       Eigen::VectorXd even = Eigen::VectorXd::Constant(rows, kNaN);
