@@ -7,6 +7,7 @@
 #include "whirl/deploy/languages.hpp"
 #include "whirl/shaft/control/controller.hpp"
 #include "whirl/shaft/control/export_c.hpp"
+#include "written.hpp"
 
 namespace whirl::deploy {
 namespace {
@@ -27,6 +28,14 @@ class Names {
   std::set<std::string> taken_{"time", "angle", "speed", "sample_time"};
 };
 
+/// Header and source, each with the file that it came from.
+std::vector<SourceFile> sources(const shaft::RotorController& controller, const CodeOptions& options) {
+  require_prefix(options.prefix);
+  const shaft::ControllerCode code = shaft::controller_code(controller, options.prefix);
+  const std::string from = options.origin.empty() ? "" : fmt::format("/* From {}. */\n", c_comment(options.origin));
+  return {{options.prefix + ".h", from + code.header}, {options.prefix + ".c", from + code.source}};
+}
+
 }  // namespace
 
 std::vector<SourceFile> fmu_files(const shaft::RotorController& controller, const FmuOptions& options) {
@@ -35,8 +44,7 @@ std::vector<SourceFile> fmu_files(const shaft::RotorController& controller, cons
   if (!o.co_simulation)
     throw Error("a sampled controller is a co-simulation FMU: it has no continuous states to exchange");
   o.model_exchange = false;
-  require_prefix(o.code.prefix);
-  const shaft::ControllerCode code = shaft::controller_code(controller, o.code.prefix);
+  const std::vector<SourceFile> code = sources(controller, o.code);
   FmuBuilder b("controller of a flexible rotor");
   Names names;
   b.block("INPUT", controller.probes.size() + 2);
@@ -61,16 +69,13 @@ std::vector<SourceFile> fmu_files(const shaft::RotorController& controller, cons
   s.slots["states"] = s.slots["indicators"] = "0U";
   b.description.step = period;
   b.description.variable_step = false;
-  const std::string& id = o.code.prefix;
-  return finish_fmu(b, o, std::move(s), "fmu_rotor.c", {id + ".h", code.header}, {id + ".c", code.source});
+  return finish_fmu(b, o, std::move(s), "fmu_rotor.c", code[0], code[1]);
 }
 
 std::vector<SourceFile> source_files(const shaft::RotorController& controller, const std::string& form,
                                      const CodeOptions& options) {
   if (form != "c") throw Error::in_field("form", form, "c or fmu: a controller of a flexible rotor has no other");
-  require_prefix(options.prefix);
-  const shaft::ControllerCode code = shaft::controller_code(controller, options.prefix);
-  return {{options.prefix + ".h", code.header}, {options.prefix + ".c", code.source}};
+  return sources(controller, options);
 }
 
 }  // namespace whirl::deploy
