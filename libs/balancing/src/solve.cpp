@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "as_found.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/nan.hpp"
 #include "whirl/diagnosis/amplitudes.hpp"
@@ -237,23 +238,6 @@ void note_unstated_amplitude(const JobFile& file, BalancingSheet& sheet) {
   sheet.summary.notes.emplace_back(
       "--amplitude is not stated: readings are printed as read, be they peak, pp or rms. The masses do not depend on "
       "it, the zones do: none is given");
-}
-
-/// Mean vector of the runs without any mass, per reading, its size.
-Eigen::VectorXd measured_as_found(const diagnosis::BalancingJob& job) {
-  const auto rows = static_cast<Index>(job.rows.size());
-  Eigen::VectorXcd sum = Eigen::VectorXcd::Zero(rows);
-  Eigen::VectorXd count = Eigen::VectorXd::Zero(rows);
-  for (const diagnosis::BalancingRun& run : job.runs) {
-    if (run.masses.norm() > 0) continue;
-    for (Index m = 0; m < rows; ++m) {
-      // Without phases the imaginary part tells nothing but that the reading is missing.
-      if (std::isnan(std::abs(run.vibration[m]))) continue;
-      sum[m] += run.vibration[m];
-      count[m] += 1;
-    }
-  }
-  return sum.cwiseAbs().cwiseQuotient(count);  // NaN where there is none
 }
 
 /// Other masses that the lengths allow.

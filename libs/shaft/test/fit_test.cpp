@@ -216,6 +216,19 @@ TEST(RotorFitReference, AWrongDrawingIsContradicted) {
   EXPECT_NE(fit.summary.distrust(), nullptr);
 }
 
+/// Elasticity, diameter, discs off their drawing: what the bearings cannot take up alternates from block to block.
+TEST(RotorFitReference, AMisfitAsRoughAsNoiseIsContradicted) {
+  const RotorCase machine = make_rotor_case(10001, {.errors = {0.01, 0.001, 2e-3, 0.005}});
+  const RotorFit fit = fit_rotor(machine.drawing, setup_of(machine), order_runs(machine), {.restarts = 0});
+  EXPECT_LT(std::abs(fit.misfit.deviations), kMisfitLimit);
+  EXPECT_LT(fit.misfit.band_deviations, kBandLimit);
+  EXPECT_TRUE(fit.misfit.above_scatter()) << fit.misfit.scatter_ratio;
+  EXPECT_FALSE(fit.misfit.explained);
+  EXPECT_NE(fit.summary.find(FindingCode::model_error), nullptr);
+  EXPECT_EQ(fit.rotor.not_trusted, "model_error");
+  EXPECT_FALSE(both_criticals().fit.misfit.above_scatter());
+}
+
 TEST(RotorFit, ErrorsNameWhatIsAllowed) {
   const RotorCase& c = both_criticals().machine;
   std::vector<OrderRun> runs = order_runs(c);

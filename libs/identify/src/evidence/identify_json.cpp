@@ -114,6 +114,7 @@ io::Json to_json(const Validation& v, const std::string& file) {
   run.set("file", file);
   if (v.quantity != Quantity::displacement) run.set("quantity", std::string(to_string(v.quantity)));
   run.set("rmse_x", v.rmse_x).set("rmse_y", v.rmse_y).set("nrmse", v.nrmse);
+  run.set("after_change", v.after_change);
   run.set("clean_rmse_x", v.clean_rmse_x).set("clean_rmse_y", v.clean_rmse_y);
   run.set("noise_x", v.noise_x).set("noise_y", v.noise_y);
   run.set("band_x", v.band_x).set("band_y", v.band_y);

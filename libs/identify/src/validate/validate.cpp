@@ -100,12 +100,12 @@ bool take_as_now(const RotorRecord& record, const RotorModel& rotor, Complex eps
   return true;
 }
 
-void tell(Validation& v, const ValidateOptions& options, const Summary& fit, bool as_now) {
+void tell(Validation& v, const ValidateOptions& options, const Summary& fit) {
   for (const std::string& w : fit.warnings) v.summary.warn(w);
   const bool offset = options.refit_offset || v.quantity != Quantity::displacement;
   v.summary.trust = fmt::format("Free run, unbalance {}; initial state{} fitted.", to_string(options.unbalance),
                                 offset ? " and sensor offset" : "");
-  if (as_now) v.summary.trust += " The machine as it is after its change: this run does not hold it.";
+  if (v.after_change) v.summary.trust += " The machine as it is after its change: this run does not hold it.";
 }
 
 }  // namespace
@@ -197,7 +197,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   if (same_sensors) free.sensor = detail::sensor_of(model);
   if (const Estimate* drift = model.parameter("clock_drift")) free.start_drift = drift->value;
   OutputErrorFit fit = fit_output_error_rotor({record}, *model.rotor, free, {eps}, delay);
-  const bool as_now = take_as_now(record, *model.rotor, eps, delay, free, fit);
+  v.after_change = take_as_now(record, *model.rotor, eps, delay, free, fit);
   if (fit.summary.status == Status::unusable) {
     v.summary.fail(fit.summary.warnings.back());
     return v;
@@ -236,7 +236,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
     if (record.axes != Axes::x) v.band_y = band(record.noise_y, spread[1]);
   }
   v.summary.chi_square = fit.summary.chi_square;
-  tell(v, options, fit.summary, as_now);
+  tell(v, options, fit.summary);
   return v;
 }
 

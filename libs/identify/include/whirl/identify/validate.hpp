@@ -43,6 +43,7 @@ struct Validation {
   double peak_measured = 0, peak_simulated = 0;  ///< largest radius about the offset (measured includes noise)
   bool fold_sensitive = false;                   ///< a change of k2 within its uncertainty may make the run jump or not
   double fold_shift = 0;                         ///< motion by k2 (1 + fold_change), m rms of the radius
+  bool after_change = false;  ///< the model changes at an instant, and this run is that of the machine since then
   UnbalanceSource unbalance = UnbalanceSource::identified;
   std::complex<double> eps;  ///< unbalance used, m
   Recording simulated;       ///< channels x, y: as the sensors would read them, without noise

@@ -20,8 +20,8 @@ const TermEntry& gain_drift() {
             return read_by_both(at, corner.any() ? detail::high_passed(more, corner) : more);
           },
       .rare = true,
-      .usual =
-          [](const TermScale& s) { return 0.02 / s.seconds; },  // a probe and its driver that warm up by 20 to 40 K
+      // Assumed, not counted: 20 to 40 K of warming at 0.05 to 0.1 % per kelvin.
+      .usual = [](const TermScale& s) { return 0.02 / s.seconds; },
       .decider = Decider::probes,
       .hidden_decider = "let the probes warm up before the run",
   };
