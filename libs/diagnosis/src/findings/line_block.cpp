@@ -86,13 +86,20 @@ VectorXd LineBlock::spectrum_of(const VectorXd& residual) const {
 }
 
 Eigen::MatrixX2d LineBlock::columns(const Line& l) const {
+  // An order turns by the same angle from sample to sample: exact every so many, multiplied in between.
+  constexpr Index kExact = 64;
   const Index n = weight_.size();
+  const double angle = kTwoPi * l.order / channel_->per_turn;
+  const std::complex<double> step = std::polar(1.0, angle);
+  std::complex<double> turned;
   Eigen::MatrixX2d c(n, 2);
   for (Index i = 0; i < n; ++i) {
-    const double phase = l.order > 0 ? kTwoPi * l.order / channel_->per_turn * static_cast<double>(first_ + i)
-                                     : kTwoPi * l.frequency * channel_->time[first_ + i];
-    c(i, 0) = std::cos(phase);
-    c(i, 1) = -std::sin(phase);
+    if (!(l.order > 0))
+      turned = std::polar(1.0, kTwoPi * l.frequency * channel_->time[first_ + i]);
+    else
+      turned = i % kExact == 0 ? std::polar(1.0, angle * static_cast<double>(first_ + i)) : turned * step;
+    c(i, 0) = turned.real();
+    c(i, 1) = -turned.imag();
   }
   return c;
 }
