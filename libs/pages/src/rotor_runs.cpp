@@ -102,13 +102,16 @@ Recording recorded(const RotorRecord& r, const std::vector<shaft::Accelerometer>
 void run_with(const shaft::Rotor& rotor, const shaft::System& system, const SimulatedRun& o, RotorRecord& out) {
   shaft::RunOptions run = o.run;
   if (o.controller) run.control = shaft::sampled_forces(rotor, system, *o.controller, o.probe_noise, o.seed);
+  const double low = std::min(run.from, run.to), high = std::max(run.from, run.to);
+  if (o.controller)
+    if (const auto threshold = shaft::stability_threshold(system, low, high)) out.unstable = threshold->speed;
+  // Without control there is no steady response to begin with.
+  run.from_rest = out.unstable && *out.unstable <= run.from;
   out.run = shaft::simulate_run(system, run);
   if (!o.controller) return;
-  const double low = std::min(run.from, run.to), high = std::max(run.from, run.to);
   const auto& gains = o.controller->gains;
   if (low < gains.front().speed * (1 - 1e-9) || high > gains.back().speed * (1 + 1e-9))
     out.summary.warn("the run leaves the speeds that the controller was designed for: beyond them its gains are held");
-  if (const auto threshold = shaft::stability_threshold(system, low, high)) out.unstable = threshold->speed;
   std::vector<Index> nodes;
   for (const shaft::Probe& p : rotor.probes) nodes.push_back(system.node_at(p.position));
   for (const shaft::Disc& d : rotor.discs) nodes.push_back(system.node_at(d.position));

@@ -147,6 +147,7 @@ void check(const Rotor& r) {
     require_range("actuator " + a.name + ".force_limit", a.force_limit, 1e-12, kHuge, "N");
     require_range("actuator " + a.name + ".slew", a.slew, 0, kHuge, "N/s");
     require_range("actuator " + a.name + ".bias_stiffness", a.bias_stiffness, -kHuge, 0, "N/m");
+    require_range("actuator " + a.name + ".bandwidth", a.bandwidth, 0, kHuge, "rad/s");
   }
   for (std::size_t k = 1; k < r.bow.size(); ++k)
     if (!(r.bow[k].position > r.bow[k - 1].position)) throw Error("the points of a bow must be from left to right");

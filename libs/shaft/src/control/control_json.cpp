@@ -56,7 +56,8 @@ Json controller_json(const RotorController& c) {
                        .set("angle", a.angle)
                        .set("force_limit", a.force_limit)
                        .set("slew", a.slew)
-                       .set("bias_stiffness", a.bias_stiffness));
+                       .set("bias_stiffness", a.bias_stiffness)
+                       .set("bandwidth", a.bandwidth));
   for (const ControlGains& g : c.gains)
     gains.push(Json::object()
                    .set("speed", g.speed)
@@ -89,7 +90,7 @@ RotorController read_controller(const JsonReader& in) {
   for (const JsonReader& a : in.at("actuators").items())
     c.actuators.push_back({a.at("name").text(), read_point(a.at("on")), read_point(a.at("against")),
                            a.at("angle").number(), a.at("force_limit").number(), a.at("slew").number(),
-                           a.at("bias_stiffness").number()});
+                           a.at("bias_stiffness").number(), a.has("bandwidth") ? a.at("bandwidth").number() : 0});
   for (const JsonReader& g : in.at("gains").items())
     c.gains.push_back({g.at("speed").number(), read_rows(g.at("advance")), read_rows(g.at("readings")),
                        read_rows(g.at("forces")), read_rows(g.at("feedback"))});

@@ -24,6 +24,7 @@ namespace {
 
 constexpr int kTurningSpeeds = 120;
 constexpr double kResidual = 1e-6;  // of a Riccati equation that counts as solved
+constexpr double kStillRate = 50;   // at which forces that do not change are learned, at most, 1/s
 
 double speed_at(const ControlOptions& o, int k, int count) {
   return count < 2 ? o.to : o.from + (o.to - o.from) * k / (count - 1);
@@ -42,6 +43,8 @@ class Designer {
     empty_.sample_time = o.sample_time;
     empty_.probes = rotor.probes;
     empty_.actuators = rotor.actuators;
+    for (std::size_t j = 0; j < rotor.actuators.size(); ++j)
+      if (rotor.actuators[j].bias_stiffness < 0) carrying_.push_back(static_cast<Index>(j));
     const int count = o.from < o.to ? o.schedule : 1;
     for (int k = 0; k < count; ++k) {
       speeds_.push_back(speed_at(o, k, count));
@@ -54,27 +57,30 @@ class Designer {
     c = empty_;
     for (std::size_t k = 0; k < at_.size(); ++k) {
       const SampledPlant& p = at_[k];
-      const Index n = p.a.rows(), m = p.b.cols(), q = p.c.rows();
-      const double push = p.b.rowwise().norm().maxCoeff() / o_.sample_time, read = p.c.colwise().norm().maxCoeff();
+      const Index n = p.motion, m = p.b.cols(), q = p.c.rows();
+      const double read = p.c.colwise().norm().maxCoeff();
       MatrixXd force = MatrixXd::Zero(m, m);
       double largest = 0;
       for (const Actuator& a : c.actuators) largest = std::max(largest, a.force_limit);
       for (Index j = 0; j < m; ++j)
         force(j, j) =
-            std::pow(push / rates.feedback * largest / c.actuators[static_cast<std::size_t>(j)].force_limit, 2);
-      MatrixXd disturbance = 1e-6 * MatrixXd::Identity(n, n);
-      disturbance.bottomRightCorner(n / 2, n / 2).setIdentity();
+            std::pow(p.push / rates.feedback * largest / c.actuators[static_cast<std::size_t>(j)].force_limit, 2);
+      MatrixXd weight = MatrixXd::Zero(p.a.rows(), p.a.rows());
+      weight.topLeftCorner(n, n).setIdentity();
+      const Observed seen = observed(p);
       const MatrixXd noise = std::pow(read / (rates.observer * o_.sample_time), 2) * MatrixXd::Identity(q, q);
-      const Riccati regulator = solve_riccati(p.a, p.b, MatrixXd::Identity(n, n), force);
-      const Riccati observer = solve_riccati(p.a.transpose(), p.c.transpose(), disturbance, noise);
+      const Riccati regulator = solve_riccati(p.a, p.b, weight, force);
+      const Riccati observer = solve_riccati(seen.a.transpose(), seen.c.transpose(), seen.disturbance, noise);
       if (!(regulator.residual < kResidual && observer.residual < kResidual)) return false;
-      const MatrixXd xb = regulator.solution * p.b, yc = observer.solution * p.c.transpose();
-      const MatrixXd gain =
+      const MatrixXd xb = regulator.solution * p.b, yc = observer.solution * seen.c.transpose();
+      MatrixXd gain = MatrixXd::Zero(m, seen.a.rows());
+      gain.leftCols(p.a.rows()) =
           Eigen::PartialPivLU<MatrixXd>(MatrixXd(force + p.b.transpose() * xb)).solve(MatrixXd(xb.transpose() * p.a));
-      const MatrixXd inject =
-          Eigen::PartialPivLU<MatrixXd>(MatrixXd(noise + p.c * yc)).solve(MatrixXd(yc.transpose() * p.a.transpose()));
+      const MatrixXd inject = Eigen::PartialPivLU<MatrixXd>(MatrixXd(noise + seen.c * yc))
+                                  .solve(MatrixXd(yc.transpose() * seen.a.transpose()));
       const MatrixXd readings = inject.transpose();
-      c.gains.push_back({speeds_[k], p.a - readings * p.c, readings, p.b, gain});
+      gain -= seen.cancel;
+      c.gains.push_back({speeds_[k], seen.a - readings * seen.c, readings, seen.b, gain});
     }
     return true;
   }
@@ -144,9 +150,34 @@ class Designer {
   const PlantFamily& plants() const { return plants_; }
 
  private:
+  /// What the observer estimates: the plant, and forces that do not change beside those of the actuators that carry
+  /// the rotor. `cancel`: minus them.
+  struct Observed {
+    MatrixXd a, b, c, disturbance, cancel;
+  };
+  Observed observed(const SampledPlant& p) const {
+    const Index n = p.a.rows(), m = p.b.cols(), still = static_cast<Index>(carrying_.size()), half = p.motion / 2;
+    Observed s{MatrixXd::Identity(n + still, n + still), MatrixXd::Zero(n + still, m),
+               MatrixXd::Zero(p.c.rows(), n + still), 1e-6 * MatrixXd::Identity(n + still, n + still),
+               MatrixXd::Zero(m, n + still)};
+    s.a.topLeftCorner(n, n) = p.a;
+    s.b.topRows(n) = p.b;
+    s.c.leftCols(n) = p.c;
+    s.disturbance.block(half, half, half, half).setIdentity();
+    for (Index k = 0; k < still; ++k) {
+      const Index j = carrying_[static_cast<std::size_t>(k)];
+      s.a.block(0, n + k, n, 1) = p.b.col(j);
+      s.cancel(j, n + k) = -1;
+      // Beside unit kicks of the speeds in every sample a walk of this size is followed at kStillRate.
+      s.disturbance(n + k, n + k) = std::pow(kStillRate / p.push, 2);
+    }
+    return s;
+  }
+
   ControlOptions o_;
   PlantFamily plants_;
   RotorController empty_;
+  std::vector<Index> carrying_;  // magnets
   std::vector<double> speeds_;
   std::vector<SampledPlant> at_;
 };

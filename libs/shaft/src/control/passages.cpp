@@ -57,6 +57,9 @@ SampledForces sampled_forces(const Rotor& rotor, const System& system, const Rot
   SampledForces forces;
   forces.period = controller.sample_time;
   forces.columns = actuator_columns(used, pushed);
+  forces.bandwidth.resize(static_cast<Index>(used.actuators.size()));
+  for (std::size_t k = 0; k < used.actuators.size(); ++k)
+    forces.bandwidth[static_cast<Index>(k)] = used.actuators[k].bandwidth;
   forces.rows = probe_rows(used, system);
   forces.start = [controller, noise, seed]() -> SampledForces::Step {
     auto control = std::make_shared<RotorControl>(controller);

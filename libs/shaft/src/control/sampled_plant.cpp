@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "synchronous_solution.hpp"
@@ -45,6 +46,8 @@ PlantFamily::PlantFamily(const Rotor& rotor, const System& full, int modes) {
   system_ = reduce(full, options).system;
   push_ = actuator_columns(rotor, system_);
   read_ = probe_rows(rotor, system_);
+  for (std::size_t j = 0; j < rotor.actuators.size(); ++j)
+    if (rotor.actuators[j].bandwidth > 0) late_.emplace_back(static_cast<Index>(j), rotor.actuators[j].bandwidth);
   const Index n = system_.size();
   const VectorXd k = plane_equations(system_, 0).stiffness.diagonal();
   scale_.resize(2 * n);
@@ -64,16 +67,45 @@ std::pair<MatrixXd, MatrixXd> PlantFamily::continuous(double speed) const {
   return {a, b};
 }
 
-SampledPlant PlantFamily::at(double speed, double sample_time) const {
-  const auto [a, b] = continuous(speed);
+namespace {
+
+/// (x, u) after one step with u held.
+std::pair<MatrixXd, MatrixXd> held(const MatrixXd& a, const MatrixXd& b, double sample_time) {
   const Index n = a.rows(), m = b.cols();
   MatrixXd both = MatrixXd::Zero(n + m, n + m);
   both.topLeftCorner(n, n) = sample_time * a;
   both.topRightCorner(n, m) = sample_time * b;
   const MatrixXd step = both.exp();
-  MatrixXd c = MatrixXd::Zero(read_.rows(), n);
-  c.leftCols(n / 2) = read_ * scale_.cwiseInverse().asDiagonal();
-  return {step.topLeftCorner(n, n), step.topRightCorner(n, m), c};
+  return {step.topLeftCorner(n, n), step.topRightCorner(n, m)};
+}
+
+}  // namespace
+
+SampledPlant PlantFamily::at(double speed, double sample_time) const {
+  const auto [a, b] = continuous(speed);
+  const Index n = a.rows(), late = static_cast<Index>(late_.size());
+  SampledPlant plant;
+  std::tie(plant.a, plant.b) = held(a, b, sample_time);
+  plant.motion = n;
+  plant.push = plant.b.rowwise().norm().maxCoeff() / sample_time;
+  if (late > 0) {
+    MatrixXd all = MatrixXd::Zero(n + late, n + late), by = MatrixXd::Zero(n + late, b.cols());
+    all.topLeftCorner(n, n) = a;
+    by.topRows(n) = b;
+    for (Index k = 0; k < late; ++k) {
+      const auto& [j, bandwidth] = late_[static_cast<std::size_t>(k)];
+      const double size = b.col(j).norm();
+      if (size == 0) continue;  // it moves nothing
+      all.block(0, n + k, n, 1) = bandwidth / size * b.col(j);
+      all(n + k, n + k) = -bandwidth;
+      by.col(j).setZero();
+      by(n + k, j) = size;
+    }
+    std::tie(plant.a, plant.b) = held(all, by, sample_time);
+  }
+  plant.c = MatrixXd::Zero(read_.rows(), n + late);
+  plant.c.leftCols(n / 2) = read_ * scale_.cwiseInverse().asDiagonal();
+  return plant;
 }
 
 VectorXcd PlantFamily::unbalance_readings(double speed) const { return read_ * synchronous_solution(system_, speed); }

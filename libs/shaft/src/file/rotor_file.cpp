@@ -8,6 +8,7 @@
 
 #include "centrifuge/centrifuge_file.hpp"
 #include "fit/fit_file.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/settings.hpp"
 
@@ -306,6 +307,7 @@ class RotorReader {
       a.force_limit = s_.require_number(at + "force_limit", Q::force, 1e-12);
       a.slew = find(at + "slew", kSlew, 0, kLargest).value_or(0);
       a.bias_stiffness = s_.number(at + "bias_stiffness", Q::stiffness, 0, -kLargest, 0);
+      a.bandwidth = kTwoPi * s_.number(at + "bandwidth", Q::frequency, 0, 0);
       rotor_.actuators.push_back(std::move(a));
     }
   }

@@ -165,6 +165,7 @@ class RotorText {
       number("force_limit_N", a.force_limit);
       if (a.slew > 0) number("slew_N_s", a.slew);
       if (a.bias_stiffness != 0) number("bias_stiffness_N_m", a.bias_stiffness);
+      if (a.bandwidth > 0) number("bandwidth_Hz", a.bandwidth / kTwoPi);
     }
   }
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr Index kBlocks = 120;    // of a run that is only thought of
 constexpr double kPassed = 1.15;  // a critical speed is passed where the run ends so far above it
-constexpr double kFarthest = 3;   // times the highest speed: no further critical speed is looked for
+constexpr double kHighest = 3;    // times the highest speed: no further critical speed is looked for
 
 struct Candidate {
   std::string words;
@@ -37,7 +37,7 @@ std::vector<Candidate> candidates(const FitProblem& problem, const VectorXd& t) 
                     Trial{"next", at, size, 0}});
   }
   const Rotor rotor = with_values(problem.model().drawn(), set, t, true);
-  for (const Critical& c : criticals(assemble(rotor), kFarthest * set.highest)) {
+  for (const Critical& c : criticals(assemble(rotor), kHighest * set.highest)) {
     if (c.direction < 0 || c.speed * kPassed <= set.highest) continue;
     list.push_back({fmt::format("a run up to {:.0f} rpm, through the critical speed of {:.0f} rpm",
                                 kPassed * c.speed * kRpmPerRadPerSec, c.speed * kRpmPerRadPerSec),

@@ -82,7 +82,9 @@ class Integrator {
       else
         gravity_ = kImaginary * down;
     }
-    held_ = pending_ = VectorXd::Zero(o.control.start ? o.control.columns.cols() : 0);
+    before_ = held_ = pending_ = VectorXd::Zero(o.control.start ? o.control.columns.cols() : 0);
+    bandwidth_ = VectorXd::Zero(held_.size());
+    if (o.control.bandwidth.size() > 0) bandwidth_ = o.control.bandwidth;
     if (o.control.start) controller_ = o.control.start();
     directions_ = directions(o.control.columns);
     dq_ = dv_ = stage_ = VectorXcd::Zero(gravity_.size());
@@ -119,13 +121,15 @@ class Integrator {
   void control(const SampledForces& c, double t) {
     const auto [x, y] = planes();
     const Index n = x.size();
+    before_ = acting(t);
+    sampled_at_ = t;
     held_ = pending_;
     pending_ = controller_(c.rows.leftCols(n) * x + c.rows.rightCols(n) * y, drive_.angle(t), drive_.speed(t));
   }
 
   void observe(RotorRun& run, Index k) const {
     const auto [x, y] = planes();
-    run.forces.col(k) = held_;
+    run.forces.col(k) = acting(run.time[k]);
     run.x.col(k) = system_.deflection * x;
     run.y.col(k) = system_.deflection * y;
     run.body_x.col(k) = system_.bodies * x;
@@ -154,8 +158,15 @@ class Integrator {
     const double w = drive_.speed(t);
     const Complex turn = std::polar(1.0, drive_.angle(t)), unbalance = Complex(w * w, -drive_.rate) * turn;
     VectorXd all(5 + held_.size());
-    all << unbalance.real(), unbalance.imag(), turn.real(), turn.imag(), 1, held_;
+    all << unbalance.real(), unbalance.imag(), turn.real(), turn.imag(), 1, acting(t);
     return all;
+  }
+  /// Forces of the actuators: what is held, reached at once or as a first order from what acted at the sample.
+  VectorXd acting(double t) const {
+    VectorXd force = held_;
+    for (Index j = 0; j < force.size(); ++j)
+      if (bandwidth_[j] > 0) force[j] += (before_[j] - held_[j]) * std::exp(-bandwidth_[j] * (t - sampled_at_));
+    return force;
   }
   Matrix directions(const MatrixXd& push) const {
     Matrix all(gravity_.size(), 5 + held_.size());
@@ -249,7 +260,8 @@ class Integrator {
   Equations<Matrix> base_;
   Matrix turning_damping_, turning_stiffness_;
   Matrix directions_;
-  VectorXd held_, pending_;
+  VectorXd before_, held_, pending_, bandwidth_;  // at the sample, since, from the next on, N; rad/s
+  double sampled_at_ = 0;
   SampledForces::Step controller_;
   Vector gravity_, q_, v_;
   VectorXcd dq_, dv_, stage_, inner_, state_;

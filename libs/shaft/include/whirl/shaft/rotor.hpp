@@ -131,6 +131,7 @@ struct Actuator {
   double force_limit = 0;     ///< N
   double slew = 0;            ///< largest rate of the force, N/s; 0: any
   double bias_stiffness = 0;  ///< N/m, 0 or negative
+  double bandwidth = 0;       ///< the force follows what is asked as a first order, rad/s; 0: at once
 };
 
 struct Rotor {

@@ -13,6 +13,7 @@ struct SampledForces {
   using Step = std::function<Eigen::VectorXd(const Eigen::VectorXd& readings, double angle, double speed)>;
   double period = 0;            ///< s
   Eigen::MatrixXd columns;      ///< force on (q_x, q_y) per newton
+  Eigen::VectorXd bandwidth;    ///< with which each force follows, rad/s; 0 (or empty): at once
   Eigen::MatrixXd rows;         ///< readings of (q_x, q_y)
   std::function<Step()> start;  ///< makes a controller at rest; none: no forces
 };
