@@ -197,6 +197,7 @@ TEST(RotorE2e, WhichTellsTheRotorThatIsOnTheMachine) {
       "[fit.tolerance]\nprobe_gain_percent = 5\n";
   const std::string drawing = slurp(folder / "drawing.toml");
   folder.write("right.toml", drawing + fit);
+  folder.write("same.toml", drawing + fit);
   folder.write("machine.toml", drawing + "\n[[unbalance]]\nposition_mm = 1000\nsize_gmm = 60\n");
   folder.write("other.toml", drawing +
                                  "\n[[disc]]\nname = \"extra\"\nposition_mm = 700\nmass_kg = 8\n"
@@ -215,7 +216,7 @@ TEST(RotorE2e, WhichTellsTheRotorThatIsOnTheMachine) {
   const double torque = candidates[1].at("inertia").number() * 3200 * M_PI / 30 / 8;
   for (const double part : {1.0, 2.0}) {
     const Outcome with = folder.whirl(
-        fmt::format("rotor which run.csv other.toml right.toml --torque-nm {} --json --quiet", part * torque));
+        fmt::format("rotor which run.csv right.toml same.toml --torque-nm {} --json --quiet", part * torque));
     EXPECT_EQ(with.exit_code, part > 1 ? 1 : 0) << with.err;
   }
 }

@@ -140,6 +140,7 @@ TEST_F(SessionRules, WhatIsAllowedCountsAsTheReadingsDo) {
   EXPECT_TRUE(warned(39e-6));
   EXPECT_FALSE(warned(41e-6));
   EXPECT_FALSE(warned(100e-6));
+  EXPECT_FALSE(warned(0)) << "nothing is stated";
 }
 
 TEST_F(SessionRules, ARunThatTheOthersDoNotPredictIsNamed) {
@@ -162,6 +163,12 @@ TEST_F(SessionRules, ARunThatTheOthersDoNotPredictIsNamed) {
     }
     const GuidedStep step = guided_step(path_);
     EXPECT_EQ(step.check.size(), 2);
+    // The sheet has them in the job's own kind: peak to peak.
+    EXPECT_TRUE(step.solved && step.solved->sheet.check.size() == step.check.size());
+    for (std::size_t k = 0; k < step.check.size() && step.solved; ++k) {
+      EXPECT_NEAR(step.solved->sheet.check[k].measured / step.check[k].measured, 2, 1e-9);
+      EXPECT_NEAR(step.solved->sheet.check[k].predicted.value / step.check[k].predicted.value, 2, 1e-9);
+    }
     return std::ranges::any_of(step.summary.warnings, [](const std::string& w) {
       return w.find("outside of what the earlier runs predict") != std::string::npos;
     });

@@ -22,6 +22,9 @@ TEST(BalancingReference, ScrewOppositeTheHeavySpot) {
   EXPECT_FALSE(a.within_grade);
   // ISO 21940-11: e_per = G / omega, at 188 rad/s and G 6.3: 33.5 um.
   EXPECT_NEAR(a.permitted_unbalance / 1.5, 33.5e-6, 0.1e-6);
+  m.eps = 0.5e-3;
+  EXPECT_TRUE(balancing_advice(m, 1.5, 83e-3, 2, 1).within_grade) << "at the limit itself";
+  EXPECT_FALSE(balancing_advice(m, 1.5, 83e-3, 2, 0.999).within_grade);
   EXPECT_THROW(balancing_advice(m, 0, 1, 1), Error);
 }
 

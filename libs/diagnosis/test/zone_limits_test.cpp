@@ -87,6 +87,13 @@ TEST(ZoneLimitsReference, AmplificationNearTheEndsOfARecordAndOfRunDowns) {
   EXPECT_NEAR(down->sweep_rate, -24, 1e-9);
   EXPECT_GT(down->sweep, 0);
   EXPECT_LT(down->low, down->high);
+  // Half power lies straight between the speeds around it, which are not evenly apart.
+  signal::SynchronousCurve uneven;
+  uneven.speed = Eigen::Vector4d(80, 90, 100, 130);
+  uneven.vector = Eigen::Vector4cd(0.4, 0.5, 1, 0.2);
+  const double half = std::sqrt(0.5);
+  EXPECT_NEAR(amplification(uneven)->low, 100 - 10 * (1 - half) / 0.5, 1e-12);
+  EXPECT_NEAR(amplification(uneven)->high, 100 + 30 * (1 - half) / 0.8, 1e-12);
   EXPECT_FALSE(amplification(sweep(40, 0))) << "no rise before it";
   EXPECT_FALSE(amplification(sweep(40, 39))) << "no fall after it";
   EXPECT_FALSE(amplification(sweep(2, 1)));

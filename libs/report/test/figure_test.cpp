@@ -160,6 +160,33 @@ TEST(ReportFigure, EqualAspectShowsCirclesRound) {
   EXPECT_NEAR(right - left, bottom - top, 0.5);
 }
 
+/// A line that turns by a quarter: after a quarter of the instants it lies where `later` says, after all of them where
+/// it began.
+TEST(ReportFigure, LinesThatVibrateGoThroughTheirPeriod) {
+  Figure figure;
+  Panel& panel = figure.panel("Mode", {"position", testing::kMm}, {"x", {}});
+  panel.kind = Panel::Kind::projected;
+  for (Axis* axis : {&panel.y, &panel.z}) axis->low = -1.1, axis->high = 1.1;
+  const Eigen::Vector3d z(0, 0.5, 1), one(0, 1, 0), none(0, 0, 0);
+  const auto points_of = [](const std::string& svg, std::size_t instant) {
+    std::string list = svg.substr(svg.find("values=\"") + 8);
+    list = list.substr(0, list.find('"'));
+    for (; instant > 0; --instant) list.erase(0, list.find(';') + 1);
+    return list.substr(0, list.find(';'));
+  };
+  Series& moving = panel.line3("shaft", z, one, none);
+  moving.y_later = none;
+  moving.z_later = one;
+  const std::string svg = to_svg(figure);
+  ASSERT_NE(svg.find("<animate"), std::string::npos);
+  EXPECT_EQ(points_of(svg, 0), points_of(svg, 24));
+  panel.series[0].y = none;
+  panel.series[0].z = one;
+  EXPECT_EQ(points_of(svg, 6), points_of(to_svg(figure), 0));
+  panel.series[0].z_later = Eigen::Vector2d(0, 0);
+  EXPECT_THROW(to_svg(figure), Error);
+}
+
 TEST(ReportFigure, HistogramCountsEveryFiniteValue) {
   Panel panel;
   Eigen::VectorXd values(7);

@@ -33,7 +33,9 @@ void draw_mode(report::Figure& figure, const shaft::Mode& m, const Eigen::Vector
                    {"position", report::engineering_unit(Quantity::displacement, z.cwiseAbs().maxCoeff())}, {"x", {}});
   panel.kind = report::Panel::Kind::projected;
   panel.z.label = "y, largest 1";
-  panel.line3("shaft", z, m.x.real(), m.y.real(), {.color = 0, .width = 2});
+  report::Series& shaft = panel.line3("shaft", z, m.x.real(), m.y.real(), {.color = 0, .width = 2});
+  shaft.y_later = -m.x.imag();
+  shaft.z_later = -m.y.imag();
   const Eigen::Index step = std::max<Eigen::Index>(1, (z.size() - 1) / kOrbits);
   const Eigen::VectorXcd turn =
       (std::complex<double>(0, 1) * Eigen::ArrayXd::LinSpaced(kPoints + 1, 0, kTwoPi)).exp().matrix();
@@ -49,7 +51,7 @@ report::Figure mode_figure(const LoadedRotor& loaded, const std::vector<shaft::M
   figure.title = "The rotor and its modes";
   figure.description =
       "The rotor to scale. Of each mode the shaft at the instant of its largest deflection, and the orbits of stations "
-      "along it.";
+      "along it. In a browser the shaft moves.";
   figure.columns = 2;
   draw_rotor(figure, loaded.rotor);
   const auto n = static_cast<Eigen::Index>(system.nodes.size());
@@ -112,7 +114,7 @@ void add_rotor_modes(CommandLine& rotor, Session& session) {
   sub->add_option("ROTOR", o->rotor, "rotor file")->input()->required();
   sub->add_option("--speed-rpm", o->speed_rpm, "speed of the shaft")->range(0, 1e7)->show_default();
   sub->add_option("--count", o->count, "modes listed")->range(1, 100)->show_default();
-  sub->add_option("--figure", o->figure, "the rotor to scale and its modes with orbits (.svg, .png, .pdf, .csv)")
+  sub->add_option("--figure", o->figure, "the rotor to scale and its modes with orbits (.svg, which moves in a browser, .png, .pdf, .csv)")
       ->output();
 }
 

@@ -104,6 +104,7 @@ TEST(VerdictRules, HalfTheMotionMissedIsUnusableWhateverStateMissesIt) {
     EXPECT_EQ(judged(1, 0.1, 0.51, states).status, Status::unusable);
     EXPECT_NE(judged(1, 0.1, 0.51, states).find(FindingCode::held_out_not_predicted), nullptr);
     EXPECT_NE(judged(1, 0.1, 0.49, states).status, Status::unusable);
+    EXPECT_EQ(judged(1, 0.9, 1.01, states).status, Status::unusable) << "the noise is no part of the motion";
   }
   for (const double unit : {1e-6, 1e6}) {
     EXPECT_EQ(judged(unit, 0.1 * unit, 0.51 * unit).status, Status::unusable);

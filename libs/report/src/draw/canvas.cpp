@@ -1,6 +1,7 @@
 #include "canvas.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -82,6 +83,20 @@ void Canvas::rect(const Box& box, std::string_view css, std::string_view extra) 
 void Canvas::path(const Path& path, std::string_view css, std::string_view extra) {
   if (path.empty()) return;
   out_ += fmt::format("<path class=\"{}\"{}{} d=\"{}\"/>\n", css, extra.empty() ? "" : " ", extra, path.data());
+}
+
+void Canvas::moving(const std::vector<Eigen::Matrix2Xd>& instants, int seconds, std::string_view css,
+                    std::string_view extra) {
+  std::vector<std::string> lists;
+  for (const Eigen::Matrix2Xd& points : instants) {
+    std::string& list = lists.emplace_back();
+    for (Eigen::Index i = 0; i < points.cols(); ++i)
+      list += fmt::format("{}{} {}", i > 0 ? " " : "", px(points(0, i)), px(points(1, i)));
+  }
+  out_ += fmt::format(
+      "<polyline fill=\"none\" class=\"{}\" {} points=\"{}\"><animate attributeName=\"points\" dur=\"{}s\" "
+      "repeatCount=\"indefinite\" values=\"{}\"/></polyline>\n",
+      css, extra, lists.front(), seconds, fmt::join(lists, ";"));
 }
 
 void Canvas::text(double x, double y, std::string_view text, Anchor anchor, std::string_view css, double angle) {

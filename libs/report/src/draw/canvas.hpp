@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "whirl/report/figure.hpp"
 
@@ -41,6 +42,8 @@ class Canvas {
   void line(double x1, double y1, double x2, double y2, std::string_view css);
   void rect(const Box& box, std::string_view css, std::string_view extra = "");
   void path(const Path& path, std::string_view css, std::string_view extra = "");
+  /// A line that goes through these instants again and again, `seconds` each time; without animation the first.
+  void moving(const std::vector<Eigen::Matrix2Xd>& instants, int seconds, std::string_view css, std::string_view extra);
   /// Text with its baseline at y; `angle` in degrees, clockwise about the point.
   void text(double x, double y, std::string_view text, Anchor anchor = Anchor::start, std::string_view css = "",
             double angle = 0);

@@ -1,8 +1,14 @@
 #include <cmath>
 
 #include "drawing.hpp"
+#include "whirl/core/angles.hpp"
 
 namespace whirl::report {
+
+namespace {
+constexpr int kInstants = 24;  // of a period that is drawn; the browser moves points straight between them
+constexpr int kPeriod = 3;     // s
+}  // namespace
 
 void draw_projected(Canvas& canvas, const PanelLayout& layout) {
   using Eigen::Vector2d;
@@ -40,14 +46,27 @@ void draw_projected(Canvas& canvas, const PanelLayout& layout) {
     segment(at(edge[0][0], edge[0][1], edge[0][2]), at(edge[1][0], edge[1][1], edge[1][2]), "ax");
   }
 
-  for (const Series& s : panel.series) {
+  const auto places = [&](const Series& s, const Eigen::VectorXd& y, const Eigen::VectorXd& z) {
     Eigen::Matrix2Xd points(2, s.x.size());
     for (Eigen::Index i = 0; i < s.x.size(); ++i) {
       points.col(i) = at(layout.limits.x.fraction(s.x(i) / panel.x.unit.factor),
-                         layout.limits.y.fraction(s.y(i) / panel.y.unit.factor),
-                         layout.limits.z.fraction(s.z(i) / panel.z.unit.factor));
+                         layout.limits.y.fraction(y(i) / panel.y.unit.factor),
+                         layout.limits.z.fraction(z(i) / panel.z.unit.factor));
     }
-    draw_points(canvas, s, points);
+    return points;
+  };
+  for (const Series& s : panel.series) {
+    if (s.y_later.size() == 0) {
+      draw_points(canvas, s, places(s, s.y, s.z));
+      continue;
+    }
+    std::vector<Eigen::Matrix2Xd> instants;
+    for (int k = 0; k <= kInstants; ++k) {
+      const double phase = 2 * kPi * k / kInstants;
+      instants.push_back(places(s, std::cos(phase) * s.y + std::sin(phase) * s.y_later,
+                                std::cos(phase) * s.z + std::sin(phase) * s.z_later));
+    }
+    canvas.moving(instants, kPeriod, "s" + std::to_string(s.style.color), stroke(s.style));
   }
 
   for (std::size_t i = 0; i < layout.x.major.size(); ++i) {

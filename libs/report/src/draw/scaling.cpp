@@ -155,6 +155,10 @@ void check_panel(const Panel& panel) {
     if (range) require(s.low, "low");
     if (range) require(s.high, "high");
     if (panel.kind == Panel::Kind::projected) require(s.z, "z");
+    if (s.y_later.size() + s.z_later.size() > 0) {
+      require(s.y_later, "y_later");
+      require(s.z_later, "z_later");
+    }
   }
   if (panel.equal_aspect && (panel.x.scale != Scale::linear || panel.y.scale != Scale::linear)) {
     throw Error(fmt::format("figure: panel '{}' with equal aspect needs linear axes", panel.title));

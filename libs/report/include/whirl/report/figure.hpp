@@ -54,6 +54,9 @@ struct Series {
   Eigen::VectorXd y;          ///< SI; radius in a polar panel; unused by bands
   Eigen::VectorXd z;          ///< SI; projected panels only
   Eigen::VectorXd low, high;  ///< SI; bands and error bars only
+  /// Lines of projected panels that vibrate: y and z a quarter of a period later, SI. An SVG moves them, other formats
+  /// show them at rest as they are. Empty: nothing moves.
+  Eigen::VectorXd y_later, z_later;
   Style style;
 };
 

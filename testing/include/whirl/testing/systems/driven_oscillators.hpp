@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -49,39 +50,50 @@ inline Recording driven_record(const DrivenOscillator& o, const DrivenRun& run) 
   std::mt19937_64 random(run.seed * 7919ull + 11);
   std::normal_distribution<double> gauss;
   std::uniform_real_distribution<double> unit(0, 1);
-  struct Sine {
-    double rate, phase, size;
-  };
-  std::vector<Sine> sines;
+  using Sines = Eigen::Array<double, kSines, 1>;
+  Sines rate, phase, size;
   const double natural = std::sqrt(o.stiffness);
-  for (int k = 0; k < kSines; ++k)
-    sines.push_back({natural * (0.1 + 1.9 * (k + unit(random)) / kSines), 2 * std::numbers::pi * unit(random),
-                     0.35 * o.stiffness / o.gain * std::sqrt(2.0 / kSines) * (0.5 + unit(random))});
-  const auto force = [&](double t) {
-    double sum = 0;
-    for (const Sine& s : sines) sum += s.size * std::sin(s.rate * t + s.phase);
-    return sum;
+  for (int k = 0; k < kSines; ++k) {
+    rate[k] = natural * (0.1 + 1.9 * (k + unit(random)) / kSines);
+    phase[k] = 2 * std::numbers::pi * unit(random);
+    size[k] = 0.35 * o.stiffness / o.gain * std::sqrt(2.0 / kSines) * (0.5 + unit(random));
+  }
+  const double h = run.dt / kSteps;
+  const Sines turn_cos = (h * rate).cos(), turn_sin = (h * rate).sin();
+  // At the ends of the steps of one sample, each sine turned on from the last.
+  const auto forces = [&](double t) {
+    std::array<double, kSteps + 1> all;
+    Sines sine = (rate * t + phase).sin(), cosine = (rate * t + phase).cos();
+    for (double& one : all) {
+      one = (size * sine).sum();
+      const Sines turned = sine * turn_cos + cosine * turn_sin;
+      cosine = cosine * turn_cos - sine * turn_sin;
+      sine = turned;
+    }
+    return all;
   };
-  const auto pull = [&](double x, double v, double t) {
+  const auto pull = [&](double x, double v, double t, double force) {
     const double k = o.stiffness * (run.stiffness ? run.stiffness(t) : 1);
-    const double other = 0.35 * o.stiffness * run.unmeasured * std::sqrt(2.0) * std::sin(1.3 * natural * t + 0.5);
-    return o.gain * force(t) + other - k * x - o.damping * v - o.cubic * x * x * x;
+    const double other = run.unmeasured == 0
+                             ? 0
+                             : 0.35 * o.stiffness * run.unmeasured * std::sqrt(2.0) * std::sin(1.3 * natural * t + 0.5);
+    return o.gain * force + other - k * x - o.damping * v - o.cubic * x * x * x;
   };
   const auto samples = static_cast<Eigen::Index>(std::lround(run.seconds / run.dt));
   Eigen::VectorXd x(samples), v(samples), u(samples);
   double position = 0.3 * gauss(random), speed = 0;
-  const double h = run.dt / kSteps;
   const int later = static_cast<int>(std::lround(run.late * kSteps));
   for (Eigen::Index i = 0; i < samples; ++i) {
     x[i] = position;
-    u[i] = force(run.dt * static_cast<double>(i));
-    for (int k = 0; k < kSteps; ++k) {
-      if (k == later) v[i] = speed;
-      const double t = run.dt * static_cast<double>(i) + h * k;
-      const double rate = speed - o.leak * position, first = pull(position, speed, t);
-      const double ahead = position + h * rate, faster = speed + h * first;
-      position += 0.5 * h * (rate + faster - o.leak * ahead);
-      speed += 0.5 * h * (first + pull(ahead, faster, t + h));
+    const std::array<double, kSteps + 1> force = forces(run.dt * static_cast<double>(i));
+    u[i] = force[0];
+    for (std::size_t k = 0; k < kSteps; ++k) {
+      if (static_cast<int>(k) == later) v[i] = speed;
+      const double t = run.dt * static_cast<double>(i) + h * static_cast<double>(k);
+      const double pace = speed - o.leak * position, first = pull(position, speed, t, force[k]);
+      const double ahead = position + h * pace, faster = speed + h * first;
+      position += 0.5 * h * (pace + faster - o.leak * ahead);
+      speed += 0.5 * h * (first + pull(ahead, faster, t + h, force[k + 1]));
     }
   }
   for (Eigen::VectorXd* y : {&x, &v}) {
