@@ -28,6 +28,7 @@ ELSEWHERE = {  # the beginning of a command: where the suite runs it
     "mpirun": "RobustnessE2e",
     "whirl compare": "CompareE2e; minutes",
     "whirl robustness out/compare": "what compare writes",
+    "whirl rotor import": "RotorE2e; a file of ROSS",
     "whirl rig serve": "examples/08_realtime",
     "whirl io test": "examples/08_realtime",
     "whirl run controller.json --io": "examples/08_realtime",

@@ -179,6 +179,13 @@ py::tuple run_up(const PythonRotor& r, double highest, double limit, double torq
 void bind_shaft(py::module_& m) {
   m.def("_rotor_template", &shaft::rotor_template, py::arg("name"));
   m.def("_rotor_templates", &shaft::rotor_templates);
+  m.def(
+      "_rotor_from_ross",
+      [](const std::string& path) {
+        const shaft::ImportedRotor imported = shaft::import_ross_rotor(path);
+        return std::make_pair(shaft::rotor_text(imported.rotor), imported.remarks);
+      },
+      py::arg("path"));
   py::class_<shaft::RotorController>(m, "_RotorController")
       .def(py::init(&shaft::load_rotor_controller), py::arg("file"))
       .def_readonly("sample_time", &shaft::RotorController::sample_time)

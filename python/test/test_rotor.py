@@ -43,6 +43,20 @@ def test_the_program_prints_the_same_critical_speeds(tmp_path):
     assert np.allclose([c["speed"] for c in json.loads(printed)["criticals"]], rotor.criticals(5000).speeds, rtol=1e-12)
 
 
+def test_a_rotor_that_ross_saved(tmp_path):
+    shaft = ("L = 0.5\nidl = 0.0\nodl = 0.03\nidr = 0.0\nodr = 0.03\nn = 0\nshear_method_calc = 'cowper'\n"
+             "[ShaftElement_a.material]\nname = 'Steel'\nrho = 7810.0\nE = 2.11e11\nG_s = 8.12e10\n")
+    bearing = "[BearingElement_{}]\nn = {}\nkxx = [1e7,]\nkyy = [1e7,]\nkzz = [{},]\n"
+    file = tmp_path / "ross.toml"
+    file.write_text("[ShaftElement_a]\n" + shaft + bearing.format("l", 0, 0) + bearing.format("r", 1, 5))
+    with pytest.warns(UserWarning, match="axial"):
+        rotor = whirl.rotor.read_ross(file)
+    assert rotor.length == 0.5 and len(rotor.modes(1000, count=2).to_pandas()) == 2
+    with pytest.raises(whirl.Error, match="Rotor.save"):
+        file.write_text("[rotor]\nname = 'x'\n")
+        whirl.rotor.read_ross(file)
+
+
 def test_fit_finds_the_machine_that_made_the_records():
     drawing = whirl.rotor.template("two-disc").text
     stations = "\n[[unbalance]]\nposition_mm = 1000\nsize_gmm = {}\n"

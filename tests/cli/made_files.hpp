@@ -34,33 +34,44 @@ inline void make_files(const Folder& folder) {
                "\"N/m\"}\n");
 }
 
-/// The folder with these files: kept beside the build under the size and time of the program, since every test is a
-/// process of its own and an identification and a design take seconds.
-inline const std::filesystem::path& made() {
-  static const std::filesystem::path kept = [] {
-    namespace fs = std::filesystem;
-    const fs::path all = binary_dir() + "/tests/made_files";
-    fs::create_directories(all);
-    const int lock = open((all / "lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-    EXPECT_GE(lock, 0) << all;
-    flock(lock, LOCK_EX);
-    const fs::path files = all / (std::to_string(fs::file_size(program())) + "_" +
-                                  std::to_string(fs::last_write_time(program()).time_since_epoch().count()));
-    if (!fs::exists(files)) {
-      for (const auto& old : fs::directory_iterator(all))
-        if (old.is_directory()) fs::remove_all(old.path());
-      const Folder folder;
-      make_files(folder);
-      // A rename is all or nothing; a test that fails here leaves none.
-      if (!::testing::Test::HasFailure()) {
-        fs::copy(folder / ".", files.string() + ".part");
-        fs::rename(files.string() + ".part", files);
-      }
+/// What `make` writes into a folder: kept beside the build under the size and time of the program, since every test is
+/// a process of its own and an identification and a design take seconds.
+inline std::filesystem::path kept(const char* name, void (*make)(const Folder&)) {
+  namespace fs = std::filesystem;
+  const fs::path all = binary_dir() + "/tests/" + name;
+  fs::create_directories(all);
+  const int lock = open((all / "lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+  EXPECT_GE(lock, 0) << all;
+  flock(lock, LOCK_EX);
+  const fs::path files = all / (std::to_string(fs::file_size(program())) + "_" +
+                                std::to_string(fs::last_write_time(program()).time_since_epoch().count()));
+  if (!fs::exists(files)) {
+    for (const auto& old : fs::directory_iterator(all))
+      if (old.is_directory()) fs::remove_all(old.path());
+    const Folder folder;
+    make(folder);
+    // A rename is all or nothing; a test that fails here leaves none.
+    if (!::testing::Test::HasFailure()) {
+      fs::copy(folder / ".", files.string() + ".part", fs::copy_options::recursive);
+      fs::rename(files.string() + ".part", files);
     }
-    close(lock);
-    return files;
-  }();
-  return kept;
+  }
+  close(lock);
+  return files;
+}
+
+inline const std::filesystem::path& made() {
+  static const std::filesystem::path files = kept("made_files", make_files);
+  return files;
+}
+
+/// The folder "study" of `whirl reproduce`, and what that printed, stdout.txt.
+inline const std::filesystem::path& made_study() {
+  static const std::filesystem::path files = kept("made_study", [](const Folder& folder) {
+    const Outcome outcome = folder.whirl("reproduce --out study --evaluations 12 --quiet");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  });
+  return files;
 }
 
 /// A folder with a copy of all of them.

@@ -153,6 +153,26 @@ TEST(RotorE2e, PeaksOfTheResponseDoNotDependOnTheGrid) {
   EXPECT_NEAR(peaks[1], peaks[2], 5e-3 * peaks[2]);
 }
 
+// A rotor as ROSS saves it: one element between two bearings.
+TEST(RotorE2e, ImportOfARotorThatRossSaved) {
+  const Folder folder;
+  folder.write(
+      "ross.toml",
+      "ross_version = \"2.3.0\"\n[parameters]\n[\"ShaftElement_Shaft 0\"]\nL = 0.5\nidl = 0.0\nodl = 0.03\n"
+      "idr = 0.0\nodr = 0.03\nn = 0\naxial_force = 0\ntorque = 0\nshear_effects = true\nrotary_inertia = true\n"
+      "gyroscopic = true\nshear_method_calc = \"cowper\"\ntag = \"Shaft 0\"\nalpha = 0.0\nbeta = 0.0\n"
+      "[\"ShaftElement_Shaft 0\".material]\nname = \"Steel\"\nrho = 7810.0\nE = 211000000000.0\n"
+      "G_s = 81200000000.0\ncolor = \"#525252\"\n[BearingElement_a]\nn = 0\nkxx = [1e7,]\nkyy = [1e7,]\n"
+      "[BearingElement_b]\nn = 1\nkxx = [1e7,]\nkyy = [1e7,]\n");
+  const Outcome made = folder.whirl("rotor import ross.toml --out rotor.toml");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_NE(made.out.find("sections 1, discs 0, bodies 0, bearings and mounts 2"), std::string::npos) << made.out;
+  EXPECT_EQ(folder.whirl("rotor modes rotor.toml --speed-rpm 3000 --count 2").exit_code, 0);
+  const Outcome again = folder.whirl("rotor import rotor.toml --out other.toml");
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_NE(again.err.find("Rotor.save()"), std::string::npos) << again.err;
+}
+
 // Mounts that soften by 4 % over three runs with noise of 30 dB; the other mount and the damping stay.
 TEST(RotorE2e, TrendFindsTheSupportThatSoftens) {
   const Folder folder;

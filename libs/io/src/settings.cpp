@@ -286,6 +286,13 @@ std::vector<std::string> Settings::keys(std::string_view path) const {
   return result;
 }
 
+std::vector<std::string> Settings::tables() const {
+  std::vector<std::string> result;
+  for (const Entry& e : state_->entries)
+    if (result.empty() || std::find(result.begin(), result.end(), e.table) == result.end()) result.push_back(e.table);
+  return result;
+}
+
 std::size_t Settings::count(std::string_view path) const {
   for (const auto& [name, size] : state_->arrays) {
     if (name == path) return size;

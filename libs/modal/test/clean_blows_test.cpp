@@ -21,15 +21,28 @@ struct BeamBlows {
   std::vector<double> frequency, damping;  // of the modes in the band
 };
 
-// Response of modes to a half sine: exact, from both exponentials of the pulse and the poles.
-std::complex<double> ring(std::complex<double> pole, double width, double t) {
-  const double w = std::numbers::pi / width, to = std::min(t, width);
-  std::complex<double> sum = 0;
-  for (const double sign : {1.0, -1.0}) {
-    const std::complex<double> q = std::complex<double>(0, sign * w) - pole;
-    sum += sign * (std::exp(q * to) - 1.0) / (q * std::complex<double>(0, 2));
+// Response of a mode to a half sine, at times `first` + i `dt`: exact, from both exponentials of the pulse and the
+// pole. After the pulse each sample is the one before, turned and decayed; begun anew now and then, for rounding.
+Eigen::VectorXcd ring(std::complex<double> pole, double width, double first, double dt, Eigen::Index count) {
+  constexpr Eigen::Index kAnew = 256;
+  const double w = std::numbers::pi / width;
+  const auto driven = [&](double to) {
+    std::complex<double> sum = 0;
+    for (const double sign : {1.0, -1.0}) {
+      const std::complex<double> q = std::complex<double>(0, sign * w) - pole;
+      sum += sign * (std::exp(q * to) - 1.0) / (q * std::complex<double>(0, 2));
+    }
+    return sum;
+  };
+  const std::complex<double> step = std::exp(pole * dt);
+  Eigen::VectorXcd out = Eigen::VectorXcd::Zero(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double t = first + static_cast<double>(i) * dt;
+    if (t <= 0) continue;
+    const bool free = t > width + dt && i % kAnew != 0;
+    out[i] = free ? out[i - 1] * step : driven(std::min(t, width)) * std::exp(pole * t);
   }
-  return t <= 0 ? 0 : sum * std::exp(pole * t);
+  return out;
 }
 
 // The converter's filter of the force: whole to 0.39 of the rate, nothing from half of it on. The modes of the beam end
@@ -96,12 +109,11 @@ BeamBlows beam(unsigned seed, double ratio, double pulse, bool plate = false) {
     }
     Eigen::VectorXd force = converted(fine, dt, kFine);
     std::vector<Eigen::VectorXd> responses(6, Eigen::VectorXd::Zero(n));
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const double t = (static_cast<double>(i - start) - late) * dt;
-      for (std::size_t m = 0; m < poles.size(); ++m) {
-        const double motion = peak * (poles[m] * poles[m] * ring(poles[m], pulse, t) / poles[m].imag()).imag();
-        for (std::size_t c = 0; c < 6; ++c) responses[c][i] += shapes[c][m] * motion;
-      }
+    for (std::size_t m = 0; m < poles.size(); ++m) {
+      const std::complex<double> size = peak * poles[m] * poles[m] / poles[m].imag();
+      const Eigen::VectorXd motion =
+          (size * ring(poles[m], pulse, (-static_cast<double>(start) - late) * dt, dt, n)).imag();
+      for (std::size_t c = 0; c < 6; ++c) responses[c] += shapes[c][m] * motion;
     }
     for (double& v : force) v += 1e-4 * peak * normal(random);
     record.add("f", Quantity::force, force);

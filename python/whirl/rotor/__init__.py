@@ -9,6 +9,7 @@
 Speeds are in rpm and positions in mm where the argument says so; results are SI. docs/rotor.md describes the file.
 """
 import pathlib
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,6 +34,14 @@ def template(name="two-disc"):
 def read(path):
     """A rotor from its file (TOML)."""
     return Rotor(pathlib.Path(path).read_text(encoding="utf-8"), str(path))
+
+
+def read_ross(path):
+    """A rotor that ROSS saved (Rotor.save, TOML). What does not mean quite the same here is a warning."""
+    text, remarks = _whirl._rotor_from_ross(str(path))
+    for remark in remarks:
+        warnings.warn(f"{path}: {remark}", stacklevel=2)
+    return Rotor(text, str(path))
 
 
 def _named(records):

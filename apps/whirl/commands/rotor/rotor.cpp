@@ -30,6 +30,32 @@ void add_rotor_new(CommandLine& rotor, Session& session) {
   sub->add_option("--out", o->out, "TOML file to write")->output();
 }
 
+struct ImportOptions {
+  std::string file, out;
+};
+
+void add_rotor_import(CommandLine& rotor, Session& session) {
+  auto o = std::make_shared<ImportOptions>();
+  CommandLine* sub = add_command(
+      rotor, session, "import", "A rotor file from a rotor that ROSS saved",
+      "Input: TOML of Rotor.save(). Output: the rotor file, with the elements and the shear rule of ROSS, so that the\n"
+      "frequencies agree. What a rotor file cannot hold is refused by its name (docs/rotor.md).\n\n"
+      "Example: whirl rotor import compressor.toml --out rotor.toml",
+      [o, &session] {
+        const shaft::ImportedRotor imported = shaft::import_ross_rotor(o->file);
+        Summary summary;
+        for (const std::string& remark : imported.remarks) summary.warn(remark);
+        io::write_text(o->out, shaft::rotor_text(imported.rotor));
+        const shaft::Rotor& r = imported.rotor;
+        session.say(fmt::format("{}: {:.4g} m, {:.4g} kg; sections {}, discs {}, bodies {}, bearings and mounts {}",
+                                o->out, r.length(), r.mass(), r.sections.size(), r.discs.size(), r.bodies.size(),
+                                r.supports.size()));
+        session.finish(summary);
+      });
+  sub->add_option("FILE", o->file, "rotor that ROSS saved (.toml)")->input()->required();
+  sub->add_option("--out", o->out, "rotor file to write (.toml)")->output()->required();
+}
+
 }  // namespace
 
 LoadedRotor load_rotor(const std::string& file) {
@@ -51,6 +77,7 @@ void add_rotor(CommandLine& app, Session& session) {
       "(docs/rotor.md).\n\n"
       "Example: whirl rotor new --template two-disc --out rotor.toml && whirl rotor modes rotor.toml --speed-rpm 3000");
   add_rotor_new(*rotor, session);
+  add_rotor_import(*rotor, session);
   add_rotor_modes(*rotor, session);
   add_rotor_campbell(*rotor, session);
   add_rotor_criticals(*rotor, session);

@@ -48,6 +48,8 @@ class Settings {
   bool has(std::string_view path) const;
   /// Keys of the table `path` as written, in the order of the file.
   std::vector<std::string> keys(std::string_view path) const;
+  /// Full names of the tables that hold keys, in the order of the file.
+  std::vector<std::string> tables() const;
   /// Number of tables in the array of tables `path`.
   std::size_t count(std::string_view path) const;
 

@@ -24,6 +24,14 @@ RotorJob parse_rotor_job(std::string_view text, std::string_view name);
 /// From text; `name` stands in messages.
 Rotor parse_rotor(std::string_view text, std::string_view name);
 
+/// A rotor that ROSS saved (Rotor.save, TOML, versions 1 and 2), with its elements and its mesh. `remarks`: what does
+/// not mean quite the same here. Throws Error with file, line and key for what a rotor file cannot hold.
+struct ImportedRotor {
+  Rotor rotor;
+  std::vector<std::string> remarks;
+};
+ImportedRotor import_ross_rotor(const std::filesystem::path& file);
+
 /// Names of the rotors to begin with: jeffcott, two-disc, overhung, centrifuge, kit, and with actuators
 /// active-centrifuge, levitated.
 std::vector<std::string> rotor_templates();
