@@ -7,7 +7,8 @@
 
 namespace whirl::pages {
 
-/// The zone of each run's shaft vibration and the balance quality of each model, before all other findings. False: none.
+/// The zone of each run's shaft vibration and the balance quality of each model, before all other findings. False:
+/// none.
 bool add_standard_findings(report::Document& document, const std::vector<Verdict>& runs,
                            const std::vector<BalanceQuality>& models);
 
