@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """The documentation as a site of plain pages (mkdocs): tutorials, how-to, reference, background. No script, nothing from a network.
 
-Usage: tools/site.py OUT [--whirl PROGRAM] [--python FOLDER]
+A dead link or heading is an error.
+
+Usage: tools/site.py OUT [--whirl PROGRAM] [--python FOLDER] [--without-tutorials]
   --whirl   reference of the subcommands from this program (default build/bin/whirl)
   --python  folder that holds the Python package (default build/python): the tutorials are run, with what they print and draw
 """
 import argparse
+import html
 import os
 import pathlib
 import re
@@ -13,14 +16,15 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import urllib.parse
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 # File of the tree -> page. Links between these follow; links to other files of the tree lose their target, not their text.
 PAGES = {"README.md": "index.md", "examples/README.md": "examples.md", "python/README.md": "python.md",
          "docs/start/data.md": "data.md", "docs/start/tutorial.md": "tutorial.md", "docs/start/gallery.md": "gallery.md", "CHANGELOG.md": "changes.md", "RELEASING.md": "releasing.md"}
 SECTIONS = {
-    "How-to": ["data.md", "tutorial.md", "choosing.md", "howto.md", "troubleshooting.md", "balancing.md", "response.md", "rotor.md", "export.md", "hardware.md", "monitor.md", "parts.md"],
-    "Reference": ["subcommands.md", "formats.md", "notation.md", "glossary.md", "gallery.md", "python.md", "python-pysindy.md", "reliability.md"],
+    "How-to": ["data.md", "choosing.md", "howto.md", "troubleshooting.md", "balancing.md", "response.md", "rotor.md", "export.md", "hardware.md", "monitor.md", "parts.md"],
+    "Reference": ["subcommands.md", "formats.md", "notation.md", "glossary.md", "python.md", "python-pysindy.md", "reliability.md"],
     "Background": ["method.md", "references.md", "paper-errata.md", "peers.md", "validation.md", "validation-modal.md", "validation-control.md",
                    "validation-realtime.md", "architecture.md", "releasing.md", "changes.md"],
 }
@@ -44,7 +48,7 @@ def formula(tex):
     """A displayed formula as a line of text; the pages hold no script that could set it."""
     text = re.sub(r"\\(?:text|t?frac\{1\})\{([^{}]*)\}", lambda m: ("1/" if "frac" in m[0] else "") + m[1], tex)
     for name, sign in {r"\ddot z": "z″", r"\dot z": "z′", r"\qquad": " ", r"\varphi": "φ", r"\beta": "β", r"\,": " ", r"\ ": " ",
-                       r"^{i\varphi}": " exp(iφ)", r"^{iφ}": " exp(iφ)", "_1": "₁", "_2": "₂", "_i": "ᵢ", "|^2": "|²", "-": "−"}.items():
+                       r"e^{iφ}": "exp(iφ)", "_1": "₁", "_2": "₂", "_i": "ᵢ", "|^2": "|²", "-": "−"}.items():
         text = text.replace(name, sign)
     if "\\" in text:
         sys.exit(f"site.py: a formula that cannot be written as text: {text}")
@@ -77,12 +81,34 @@ def page(file, cited):
     return re.sub(r"\[@([\w-]+)\]", lambda m: f"([{cited[m[1]]}](references.md#{m[1]}))", text)
 
 
+def dead_links(site):
+    """Links of the built pages to pages, figures or headings that do not exist."""
+    pages = {f.name: f.read_text() for f in sorted(site.glob("*.html"))}
+    anchors = {name: {html.unescape(i) for i in re.findall(r'\bid="([^"]+)"', text)} for name, text in pages.items()}
+    out = []
+    for name, text in pages.items():
+        for link in map(html.unescape, re.findall(r'\b(?:href|src)="([^"]+)"', text)):
+            path, _, part = link.partition("#")
+            path = path or name
+            if re.match(r"(https?|mailto|data):", link):
+                continue
+            if not (site / path).is_file():
+                out.append(f"{name}: no page {path}")
+            elif part and path in anchors and urllib.parse.unquote(part) not in anchors[path]:
+                out.append(f"{name}: no heading #{part} in {path}")
+    return out
+
+
 def main():
     options = argparse.ArgumentParser()
     options.add_argument("out", type=pathlib.Path)
     options.add_argument("--whirl", type=pathlib.Path, default=ROOT / "build/bin/whirl")
     options.add_argument("--python", type=pathlib.Path, default=ROOT / "build/python")
+    options.add_argument("--without-tutorials", action="store_true")
     given = options.parse_args()
+    if shutil.which("mkdocs") is None:
+        print("site.py: mkdocs is not installed (apt install mkdocs)")
+        sys.exit(77)
     with tempfile.TemporaryDirectory() as folder:
         source = pathlib.Path(folder) / "docs"
         source.mkdir()
@@ -94,18 +120,21 @@ def main():
             (source / name).write_text(page(file, cited))
         text = subprocess.run([given.whirl, "manual", "--format", "markdown"], check=True, capture_output=True, text=True).stdout
         (source / "subcommands.md").write_text(text)
-        subprocess.run([sys.executable, ROOT / "python/tutorials/render.py", source], check=True,
-                       env=os.environ | {"PYTHONPATH": str(given.python)})
+        if not given.without_tutorials:
+            subprocess.run([sys.executable, ROOT / "python/tutorials/render.py", source], check=True,
+                           env=os.environ | {"PYTHONPATH": str(given.python)})
         tutorials = sorted(p.name for p in source.glob("[0-9]_*.md"))
-        nav = [{"First steps": "index.md"}, {"Tutorials": [*tutorials, "examples.md"]}, *({k: v} for k, v in SECTIONS.items())]
+        nav = [{"First steps": "index.md"}, {"Gallery": "gallery.md"}, {"Tutorials": ["tutorial.md", *tutorials, "examples.md"]}, *({k: v} for k, v in SECTIONS.items())]
         lines = "\n".join(f"  - {k}: {v}" if isinstance(v, str) else f"  - {k}:\n" + "\n".join(f"      - {p}" for p in v)
                           for part in nav for k, v in part.items())
+        version = re.search(r"^project\(whirl VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text(), re.M)[1]
         config = pathlib.Path(folder) / "mkdocs.yml"
-        config.write_text(f"site_name: whirl\nsite_url: ''\ndocs_dir: {source}\nsite_dir: {given.out.resolve()}\nuse_directory_urls: false\nplugins: []\n"
+        config.write_text(f"site_name: whirl\nsite_url: ''\nextra: {{version: '{version}'}}\ndocs_dir: {source}\nsite_dir: {given.out.resolve()}\nuse_directory_urls: false\nplugins: []\n"
                           f"theme:\n  name: null\n  custom_dir: {ROOT}/docs/theme\nmarkdown_extensions: [tables, fenced_code, toc]\nnav:\n{lines}\n")
         subprocess.run(["mkdocs", "build", "-q", "--strict", "-f", config], check=True)
-        for extra in ("sitemap.xml.gz",):
-            (given.out / extra).unlink(missing_ok=True)
+        (given.out / "sitemap.xml.gz").unlink(missing_ok=True)
+    if dead := dead_links(given.out):
+        sys.exit("\n".join(f"site.py: {line}" for line in dead))
 
 
 if __name__ == "__main__":

@@ -41,8 +41,8 @@ py::object solved_job(const std::filesystem::path& runs, const std::string& phas
   io::Json document;
   {
     const py::gil_scoped_release unlocked;
-    const balancing::JobFile file =
-        balancing::read_job(runs.string(), {phase, amplitude, angles}, slow_roll_rpm * kRadPerSecPerRpm);
+    const balancing::JobFile file = balancing::read_job(
+        runs.string(), balancing::VectorConvention::stated(phase, amplitude, angles), slow_roll_rpm * kRadPerSecPerRpm);
     document = balancing::solve_job(runs.string(), file, options).json;
   }
   return as_python(document);
@@ -53,14 +53,16 @@ void bind_balance(py::module_& m) {
       "balance", &advice_of, py::arg("model"), py::kw_only(), py::arg("mass_kg"), py::arg("radius_mm"),
       py::arg("speed_rpm"), py::arg("grade") = 6.3,
       "Mass and angle to add in one plane of an identified rotor, with 95 % intervals, and the grade of ISO 21940-11.");
-  m.def("balance", &solved_job, py::arg("runs"), py::kw_only(), py::arg("phase") = "lag", py::arg("amplitude") = "0p",
-        py::arg("angles") = "with", py::arg("slow_roll_rpm") = 0.0, py::arg("criterion") = "least-squares",
+  m.def("balance", &solved_job, py::arg("runs"), py::kw_only(), py::arg("phase") = "", py::arg("amplitude") = "",
+        py::arg("angles") = "", py::arg("slow_roll_rpm") = 0.0, py::arg("criterion") = "least-squares",
         py::arg("limit_gram") = 0.0, py::arg("noise_um") = 0.0, py::arg("prior") = "", py::arg("mass_kg") = 0.0,
         py::arg("radius_mm") = 0.0,
         "Masses from a job of balancing runs (runs.csv or runs.toml, docs/balancing.md) as the content of\n"
         "balance.json: masses and angles of every plane with intervals, readings before and after, influence\n"
         "coefficients, runs that contradict the others. phase: 'lag' or 'lead'; amplitude: '0p', 'pp' or 'rms';\n"
-        "angles of the masses: 'with' or 'against' the rotation. prior: balance.json or model.json, for fewer trials.");
+        "angles of the masses: 'with' or 'against' the rotation. Nothing is assumed in silence: without phase and\n"
+        "angles the summary is unusable and names both answers, unless the runs show the sense; without amplitude\n"
+        "readings stand as read and get no zones. prior: balance.json or model.json, for fewer trials.");
 }
 
 Eigen::VectorXd over_points(const pages::SteadyResponse& f,

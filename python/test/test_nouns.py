@@ -247,7 +247,10 @@ def test_balance_from_runs_equals_the_vectors(tmp_path):
         rows.append(f"{run + 1},1500,{abs(v) * 1e6},{-np.degrees(np.angle(v))},{abs(mass) * 1e3},{np.degrees(np.angle(mass))}")
     path = tmp_path / "runs.csv"
     path.write_text("\n".join(rows) + "\n")
-    job = whirl.balance(path, noise_um=0.1)
+    unstated = whirl.balance(path, noise_um=0.1)
+    assert unstated["summary"]["status"] == "unusable" and not unstated["amplitude_stated"]
+    job = whirl.balance(path, phase="lag", angles="with", amplitude="0p", noise_um=0.1)
+    assert job["amplitude_stated"] and job["summary"]["status"] != "unusable"
     wanted = -found / influence
     plane = job["planes"][0]
     assert plane["mass"]["value"] == pytest.approx(abs(wanted), rel=1e-9)

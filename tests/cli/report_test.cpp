@@ -63,6 +63,21 @@ TEST(ReportE2e, OnePageOfRunsTablesAndALoopThatNeedsNothingElse) {
   EXPECT_TRUE(std::filesystem::exists(folder / "figures/figure_01.csv"));
 }
 
+// The findings begin with what the standards say of the machine.
+TEST(ReportE2e, FindingsNameZoneAndBalanceQualityFirst) {
+  const Folder folder;
+  folder.write("runup.csv", run_up());
+  const std::string model = source_dir() + "/tests/data/schemas/model-1.json";
+  const Outcome outcome = folder.whirl("report runup.csv '" + model + "' --out page.html --machine-name 'Fan 3'");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string page = slurp(folder / "page.html");
+  const std::size_t begin = page.find(">Findings</h2>"), end = page.find(">Runs</h2>");
+  ASSERT_LT(begin, end);
+  const std::string findings = page.substr(begin, end - begin);
+  EXPECT_LT(findings.find("of ISO 20816-3"), findings.find("of ISO 21940-11"));
+  EXPECT_LT(findings.find("of ISO 21940-11"), findings.find("Model model-1.json"));
+}
+
 TEST(ReportE2e, PdfWhereABrowserIsInstalled) {
   if (std::system("command -v chromium >/dev/null") != 0)
     GTEST_SKIP() << "chromium is not installed (apt install chromium)";

@@ -1,10 +1,12 @@
 // The page in a real browser against a loop that really runs.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
+#include <cmath>
 #include <regex>
 
 #include "../cli/loop/served.hpp"
@@ -59,6 +61,31 @@ struct MonitorPageE2e : ::testing::Test {
   }
   Folder folder;
 };
+
+// The run without control is drawn behind the one with it: the limit is that of the latter.
+TEST_F(MonitorPageE2e, ALimitIsNotComparedWithTheRunBehind) {
+  std::string text = "t_s,x_mm,y_mm,x_open_mm,y_open_mm,beta_rad\n";
+  for (int i = 0; i < 4000; ++i) {
+    const double t = 1e-3 * i, angle = 94 * t;
+    text += fmt::format("{:.3f},{:.6f},{:.6f},{:.6f},{:.6f},{:.4f}\n", t, 0.1 * std::cos(angle), 0.1 * std::sin(angle),
+                        5 * std::cos(angle), 5 * std::sin(angle), angle);
+  }
+  folder.write("loop.csv", text);
+  const LiveProgram live(folder, "monitor loop.csv --loop --port 0 --limit x_mm=1");
+  Browser browser(folder / "", 420, 900);
+  browser.open(live.url());
+  await_live(browser, "live");
+  browser.evaluate(
+      "{window.drawn = []; const p = CanvasRenderingContext2D.prototype, f = p.fillText;"
+      "p.fillText = function (text, ...at) { window.drawn.push([String(text), this.measureText(text).width]); "
+      "return f.call(this, text, ...at); }}");
+  ASSERT_TRUE(browser.wait("window.drawn.some(([t]) => t.includes('peak in view'))"));
+  EXPECT_FALSE(browser.evaluate("window.drawn.some(([t]) => t.includes('above limit'))").get<bool>());
+  EXPECT_TRUE(
+      browser.evaluate("window.drawn.some(([t]) => /(^|; )100 µm peak in view|0\\.1(00)? mm peak in view/.test(t))"))
+      << browser.evaluate("JSON.stringify(window.drawn.filter(([t]) => t.includes('peak')).slice(0, 3))");
+  EXPECT_TRUE(browser.evaluate("window.drawn.every(([t, w]) => !t.includes('peak in view') || w < 344)").get<bool>());
+}
 
 TEST_F(MonitorPageE2e, ShowsARunningLoopWithNothingFromOutside) {
   const LiveProgram live(folder, run("--limit x_mm=0.001"));

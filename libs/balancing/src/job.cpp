@@ -108,10 +108,28 @@ io::Table read_runs(const std::string& path, const io::CsvOptions& options) {
   }
 }
 
+/// A run without a mass on a plane may leave its two cells empty; every other cell holds a number.
+void fill_empty_masses(const std::string& path, io::Table& table, const std::vector<std::string>& planes) {
+  const auto column = [&](const std::string& name) { return std::ranges::find(table.columns, name, &Channel::name); };
+  for (const std::string& plane : planes) {
+    Eigen::VectorXd &mass = column(plane + "_mass")->samples, &angle = column(plane + "_angle")->samples;
+    for (Index i = 0; i < mass.size(); ++i)
+      if (std::isnan(mass[i]) && std::isnan(angle[i])) mass[i] = angle[i] = 0;
+  }
+  for (const Channel& c : table.columns)
+    for (Index i = 0; i < c.samples.size(); ++i)
+      if (std::isnan(c.samples[i]))
+        throw Error::in_file(path, table.first_line + static_cast<long>(i),
+                             "column '" + c.name +
+                                 "' is empty: every run has every reading; a run without a mass on a plane has mass "
+                                 "and angle 0, or both cells empty");
+}
+
 RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
   io::CsvOptions one_run;  // as found, beside a prior
   one_run.min_samples = 1;
-  const io::Table table = read_runs(path, one_run);
+  one_run.gaps = true;
+  io::Table table = read_runs(path, one_run);
   RawJob raw;
   raw.phases = std::any_of(table.columns.begin(), table.columns.end(),
                            [](const Channel& c) { return c.name.ends_with("_phase"); });
@@ -121,6 +139,7 @@ RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
     throw Error(path +
                 ": a balancing table has columns PROBE_amp_um, PROBE_phase_deg, PLANE_mass_gram and "
                 "PLANE_angle_deg, and run_1");
+  fill_empty_masses(path, table, raw.planes);
   raw.quantity = reading_quantity(path, table, raw.probes);
   raw.unit = unit_written(io::read_text(path), raw.probes.front() + "_amp");
   const Eigen::VectorXd& run = table["run"];
@@ -293,6 +312,17 @@ std::optional<diagnosis::Drift> drift_of(const std::string& name) {
   return name == "none"     ? diagnosis::Drift::none
          : name == "linear" ? diagnosis::Drift::linear
                             : diagnosis::Drift::automatic;
+}
+
+VectorConvention VectorConvention::stated(const std::string& phase, const std::string& amplitude,
+                                          const std::string& angles) {
+  VectorConvention v;
+  if (!phase.empty()) v.phase = phase;
+  if (!amplitude.empty()) v.amplitude = amplitude;
+  if (!angles.empty()) v.angles = angles;
+  v.amplitude_stated = !amplitude.empty();
+  v.sense_stated = !phase.empty() && !angles.empty();
+  return v;
 }
 
 double VectorConvention::amplitude_factor() const {

@@ -16,8 +16,8 @@ namespace {
 using Complex = std::complex<double>;
 
 /// z'' + 2 zeta w z' + w^2 z = e (Omega^2 - i alpha) e^{i beta} by Runge-Kutta, x = Re z; from 1 to 30 Hz in 14 s.
-/// `whirl`: size of a vibration at 0.45 of the speed.
-Recording run_up(std::uint64_t seed, double whirl) {
+/// `size`: of a vibration at `order` times the speed.
+Recording run_up(std::uint64_t seed, double size, double order = 0.45) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0, 2e-6);
   std::uniform_real_distribution<double> even(0, 1);
@@ -32,7 +32,7 @@ Recording run_up(std::uint64_t seed, double whirl) {
   };
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const double t = dt * static_cast<double>(i), h = dt;
-    x[i] = z.real() + noise(random) + whirl * std::cos(0.45 * angle(t));
+    x[i] = z.real() + noise(random) + size * std::cos(order * angle(t));
     beta[i] = angle(t);
     const Complex a1 = rate(t, z, v), v2 = v + 0.5 * h * a1, a2 = rate(t + 0.5 * h, z + 0.5 * h * v, v2);
     const Complex v3 = v + 0.5 * h * a2, a3 = rate(t + 0.5 * h, z + 0.5 * h * v2, v3);
@@ -49,8 +49,7 @@ Recording run_up(std::uint64_t seed, double whirl) {
 
 bool names(const VibrationFinding& f, Cause cause) { return std::ranges::count(f.causes, cause) > 0; }
 
-TEST(RunFindingsProperty, FreeVibrationAfterThePassageIsNamedAndTheFirstOrderIsThatOfTheCurve) {
-  int rings = 0, marked = 0;
+TEST(RunFindingsProperty, FreeVibrationAfterThePassageIsNoOrderAndTheFirstOrderIsThatOfTheCurve) {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const Recording record = run_up(seed, 0);
     const VibrationFindings found = find_vibration(record);
@@ -59,13 +58,72 @@ TEST(RunFindingsProperty, FreeVibrationAfterThePassageIsNamedAndTheFirstOrderIsT
     const auto curve = order_curve(record, *rotation_of(record), "x");
     EXPECT_DOUBLE_EQ(first->size, curve.vector.cwiseAbs().maxCoeff());
     for (const VibrationFinding& f : found.findings) {
-      if (f.code != VibrationCode::subsynchronous && f.code != VibrationCode::half_orders) continue;
-      ++rings;
-      marked += names(f, Cause::free_vibration);
+      EXPECT_NE(f.code, VibrationCode::half_orders) << seed;
+      EXPECT_NE(f.code, VibrationCode::subsynchronous) << seed;
     }
   }
-  EXPECT_GE(rings, 10);
-  EXPECT_EQ(marked, rings);
+}
+
+// A half order that follows the speed is there before the passage too: no draw loses it to the ringing.
+TEST(RunFindingsProperty, AHalfOrderThatFollowsTheSpeedStaysOne) {
+  for (std::uint64_t seed = 211; seed <= 220; ++seed) {
+    const VibrationFindings found = find_vibration(run_up(seed, 1e-3, 0.5));
+    const VibrationFinding* half = found.find(VibrationCode::half_orders, "x");
+    ASSERT_NE(half, nullptr) << seed;
+    EXPECT_FALSE(names(*half, Cause::free_vibration)) << seed;
+    EXPECT_GT(half->size, 0.7e-3) << seed;  // the ringing adds where it crosses
+  }
+}
+
+/// From 5 to 166 Hz in 60 s through two critical speeds: the second one has the largest vector, the first one rings
+/// where half the speed and a half more pass its frequency.
+Recording two_passages(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> even(0, 1);
+  const double start = kTwoPi * 5, alpha = kTwoPi * 161 / 60, dt = 1e-3;
+  const double w[] = {kTwoPi * (11 + 5 * even(random)), kTwoPi * (135 + 20 * even(random))};
+  const double zeta[] = {0.004 + 0.012 * even(random), 0.015}, e[] = {1e-5, 3e-5};
+  std::normal_distribution<double> noise(0, 2e-6);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(60000), beta(60000);
+  const auto angle = [&](double t) { return start * t + 0.5 * alpha * t * t; };
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    x[i] = noise(random);
+    beta[i] = angle(dt * static_cast<double>(i));
+  }
+  for (int k = 0; k < 2; ++k) {
+    Complex z = 0, v = 0;
+    const auto rate = [&](double t, Complex place, Complex speed) {
+      const double omega = start + alpha * t;
+      return -2 * zeta[k] * w[k] * speed - w[k] * w[k] * place +
+             e[k] * Complex(omega * omega, -alpha) * std::polar(1.0, angle(t));
+    };
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      x[i] += z.real();
+      for (int half = 0; half < 2; ++half) {  // two steps a sample
+        const double h = 0.5 * dt, t = dt * static_cast<double>(i) + half * h;
+        const Complex a1 = rate(t, z, v), v2 = v + 0.5 * h * a1, a2 = rate(t + 0.5 * h, z + 0.5 * h * v, v2);
+        const Complex v3 = v + 0.5 * h * a2, a3 = rate(t + 0.5 * h, z + 0.5 * h * v2, v3);
+        const Complex v4 = v + h * a3, a4 = rate(t + h, z + h * v3, v4);
+        z += h / 6 * (v + 2.0 * v2 + 2.0 * v3 + v4);
+        v += h / 6 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+      }
+    }
+  }
+  Recording record;
+  record.dt = dt;
+  record.add("x", Quantity::displacement, x);
+  record.add("beta", Quantity::angle, beta);
+  return record;
+}
+
+// Also where a later passage is the larger one.
+TEST(RunFindingsProperty, TheRingingOfASmallerPassageIsNoLooseness) {
+  for (const std::uint64_t seed : {1, 2, 3, 11}) {
+    for (const VibrationFinding& f : find_vibration(two_passages(seed)).findings) {
+      if (f.code != VibrationCode::subsynchronous && f.code != VibrationCode::half_orders) continue;
+      EXPECT_TRUE(names(f, Cause::free_vibration)) << seed << ": " << f.order << "X at " << f.speed / kTwoPi << " Hz";
+    }
+  }
 }
 
 // From 1 Hz through 10 to 15 Hz in 14 s: five turns or so are slow enough, and it was said that there were none.

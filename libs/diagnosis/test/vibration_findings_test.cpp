@@ -110,6 +110,22 @@ TEST(VibrationFindings, ALineOffTheSupplyIsNamedWithItsDistance) {
   }
 }
 
+// Twice a speed of 24.85 Hz and three halves of 33.1 Hz lie within the 2.5 %: the line is beside the order.
+TEST(VibrationFindings, ALineOffTheSupplyIsNamedBesideAnOrderToo) {
+  for (const double turning : {24.85, 33.1}) {
+    VibrationTruth t = motor();
+    t.turning = turning;
+    t.duration = 20;
+    t.line = 0.4;
+    t.mains = 49.0;
+    const VibrationFindings v = found_in(t, 24);
+    const VibrationFinding* line = v.find(VibrationCode::line_frequency);
+    ASSERT_NE(line, nullptr) << turning;
+    EXPECT_NEAR(line->frequency, 49, 0.1) << turning;
+    EXPECT_TRUE(line->off_supply) << turning;
+  }
+}
+
 // Nothing at 49 Hz: a rotor that turns there, a whirl there and noise are no electric lines.
 TEST(VibrationFindings, WhatStandsBesideTheSupplyByItsOrderIsNoLineOfASupply) {
   VibrationTruth t = motor();

@@ -67,13 +67,13 @@ function drawLevels() {
     const row = rowOf(list, k++), [name, value, bar, note] = row.children, [fill, mark] = bar.children;
     const most = limit ? kind.limit * limit.limit : 0, full = limit ? Math.max(1.5 * most, size) : largest[channel.quantity];
     const over = limit && (limit.over || size > most);
-    row.className = over ? "over" : "";
+    row.className = over ? "over" : limit ? "" : "free";
     name.textContent = channel.name;
     value.textContent = withUnit(size, channel.quantity, channel.unit);
     fill.style.width = `${full > 0 ? 100 * size / full : 0}%`;
     mark.hidden = !limit;
     mark.style.left = `${full > 0 ? 100 * most / full : 0}%`;
-    note.textContent = [over ? "⚠ above its limit" : limit ? "below its limit" : "no limit", firstOrder(channel.name)].filter(Boolean).join("; ");
+    note.textContent = [over ? "⚠ above its limit" : limit ? "below its limit" : "no limit; bar: share of the largest", firstOrder(channel.name)].filter(Boolean).join("; ");
   }
   while (list.children.length > k) list.lastChild.remove();
   byId("levels-none").hidden = k > 0;

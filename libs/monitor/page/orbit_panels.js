@@ -60,11 +60,11 @@ function drawOrbit() {
     }
   });
   machine(g, box, names.map((name) => `${name} probe`), Math.sign(angle[angle.length - 1] - angle[0]) || 0);
-  label(g, `raw ${digits(size / factor)} ${unit} peak`, box.x + box.w - 6, box.y + 14, colors.c0);
+  label(g, `raw ${digits(size / factor)} ${unit} peak`, box.x + box.w - 6, box.y + box.h - 8, colors.c0);
   if (filtered) {
     const [[a, b], [c, d]] = turn.vectors;
     const forward = Math.hypot(a - d, b + c), backward = Math.hypot(a + d, b - c);
-    label(g, `1X ${forward >= backward ? "forward" : "backward"}, keyphasor dot`, box.x + box.w - 6, box.y + 29, colors.c1);
+    label(g, `1X ${forward >= backward ? "forward" : "backward"}, keyphasor dot`, box.x + box.w - 6, box.y + box.h - 23, colors.c1);
   }
 }
 

@@ -79,9 +79,12 @@ function drawRows(canvas, rows) {
         flags.highs.forEach((v, k) => { if (v > 0.5) g.fillRect(box.x + k, box.y + box.h - 5, 1, 5); });
       }
     });
-    const over = row.bounds && row.bounds.some((b) => size > b) ? "above limit: " : "";
+    // The channel itself, not the other run that is drawn behind it.
+    const peak = Math.max(...(row.behind && traces.length > 1 ? traces.slice(0, -1) : traces).map((t) => t.size));
+    const over = row.bounds && row.bounds.some((b) => peak > b) ? "above limit: " : "", most = `${digits(peak / factor)} ${unit} peak in view`;
     const legend = names.length > 1 ? names.map((n, k) => `${n} ${digits(traces[k].newest / factor)}`).join(", ") + ` ${unit}; ` : "";
-    label(g, `${over}${legend}${digits(size / factor)} ${unit} peak in view`, box.x + box.w - 6, box.y + 13, colors.text);
+    const whole = `${over}${legend}${most}`, fits = g.measureText(whole).width < box.w - 12;
+    label(g, fits ? whole : over + most, box.x + box.w - 6, box.y + 13, colors.text);
   });
 }
 

@@ -18,6 +18,7 @@
 #include "whirl/pages/run_json.hpp"
 #include "whirl/pages/run_report_tables.hpp"
 #include "whirl/pages/text/findings.hpp"
+#include "whirl/pages/text/standards.hpp"
 #include "whirl/pages/verdict.hpp"
 #include "whirl/pages/vibration_tables.hpp"
 #include "whirl/report/format.hpp"
@@ -68,7 +69,7 @@ class RunReport {
   // What a reader should know before anything else; all from the inputs.
   void findings() {
     doc_.section("Findings");
-    bool any = false;
+    bool any = add_standard_findings(doc_, verdicts_, balance_quality(in_.models, criticals(), o_.service_speed));
     for (const auto& [name, model] : in_.models) {
       if (model.summary.trust.empty()) continue;
       const Callout::Kind kind = model.summary.status == Status::ok ? Callout::Kind::agrees : Callout::Kind::warning;
@@ -85,9 +86,7 @@ class RunReport {
       any = true;
     }
     for (const Verdict& v : verdicts_) {
-      std::vector<std::string> lines;
-      for (const diagnosis::VibrationFinding& f : v.vibration.findings) lines.push_back(text(f));
-      for (const diagnosis::Unjudged& u : v.vibration.unjudged) lines.push_back(text(u));
+      std::vector<std::string> lines = lines_of(v.vibration);
       if (lines.empty()) continue;
       doc_.subsection("Vibration of " + v.record);
       doc_.bullets(std::move(lines));
@@ -226,7 +225,7 @@ class RunReport {
     draw("cascade", run, v, "Cascade: spectra at their rotor speeds.");
     draw("bode", run, v,
          "Bode plot of the 1X vectors, one per revolution." + of + " " + std::string(kBeats) + slow_roll_note());
-    draw("polar", run, v, "Polar plot of the same vectors.");
+    draw("polar", run, v, "Polar plot of the same vectors, not drawn through beats.");
     draw("orders", run, v, "Orders followed through the run by a Vold-Kalman filter.");
   }
 
@@ -403,7 +402,7 @@ class RunReport {
   void judgement() {
     const report::Table zones = zone_table(criticals(), o_.service_speed);
     const report::Table housing = housing_table(vibration(), o_.machine);
-    const report::Table grades = grade_table(in_.models, criticals(), o_.service_speed);
+    const report::Table grades = grade_table(balance_quality(in_.models, criticals(), o_.service_speed));
     if (zones.rows.empty() && housing.rows.empty() && grades.rows.empty()) return;
     doc_.section("Assessed by the standards' numbers");
     doc_.callout(Callout::Kind::note, "Guidance, not a statement of compliance",

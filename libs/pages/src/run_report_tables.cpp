@@ -125,12 +125,13 @@ report::Table zone_table(const std::vector<CriticalRow>& rows, double service_sp
   return t;
 }
 
-report::Table grade_table(const std::vector<NamedFile<IdentifiedModel>>& models, const std::vector<CriticalRow>& rows,
-                          double service_speed) {
-  report::Table t;
-  t.caption = "Balance quality (ISO 21940-11) from the identified eccentricity";
-  t.columns = {{"model", "", Align::left}, {"e", "µm"},   {"speed", "rpm"},
-               {"e · Ω", "mm/s"},          {"grade", ""}, {"e for G 6.3", "µm"}};
+std::string BalanceQuality::words() const { return std::isfinite(held) ? fmt::format("G {:g}", held) : "above G 4000"; }
+
+double BalanceQuality::allowed() const { return 1e3 * kGradeOfCentrifuges / speed; }
+
+std::vector<BalanceQuality> balance_quality(const std::vector<NamedFile<IdentifiedModel>>& models,
+                                            const std::vector<CriticalRow>& rows, double service_speed) {
+  std::vector<BalanceQuality> out;
   double speed = service_speed;
   for (const CriticalRow& r : rows) {
     if (service_speed <= 0) speed = std::max(speed, r.curve.speed.maxCoeff());
@@ -138,10 +139,21 @@ report::Table grade_table(const std::vector<NamedFile<IdentifiedModel>>& models,
   for (const auto& [name, model] : models) {
     const Estimate* e = model.parameter("e");
     if (e == nullptr || !(speed > 0)) continue;
-    const double grade = diagnosis::balance_grade(e->value, speed), held = diagnosis::balance_grade_class(grade);
-    t.add({name, report::format_estimate({1e6 * e->value, 1e6 * e->sd, 1e6 * e->low, 1e6 * e->high}), rpm(speed),
-           report::format_number(1e3 * grade, 3), std::isfinite(held) ? fmt::format("G {:g}", held) : "above G 4000",
-           report::format_number(6.3e3 / speed, 3)});
+    const double grade = diagnosis::balance_grade(e->value, speed);
+    out.push_back({name, *e, speed, grade, diagnosis::balance_grade_class(grade)});
+  }
+  return out;
+}
+
+report::Table grade_table(const std::vector<BalanceQuality>& models) {
+  report::Table t;
+  t.caption = "Balance quality (ISO 21940-11) from the identified eccentricity";
+  t.columns = {{"model", "", Align::left}, {"e", "µm"},   {"speed", "rpm"},
+               {"e · Ω", "mm/s"},          {"grade", ""}, {"e for G 6.3", "µm"}};
+  for (const BalanceQuality& q : models) {
+    const Estimate& e = q.eccentricity;
+    t.add({q.model, report::format_estimate({1e6 * e.value, 1e6 * e.sd, 1e6 * e.low, 1e6 * e.high}), rpm(q.speed),
+           report::format_number(1e3 * q.grade, 3), q.words(), report::format_number(q.allowed(), 3)});
   }
   t.notes = {"Centrifuges (separators, decanters): G 6.3. The speed is the service speed, or the highest of the runs."};
   return t;

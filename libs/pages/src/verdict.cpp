@@ -69,6 +69,8 @@ std::string next_steps(const Verdict& v) {
                     v.vibration.low_speed / kRadPerSecPerRpm));
     return fmt::format("{}", fmt::join(steps, "; "));
   }
+  if (worst >= 'C' && !v.steady)
+    add(fmt::format("record at the service speed: zone {} of a run is for orientation", worst));
   // 1X alone asks for balancing where the zone does.
   for (const auto* f : told(v))
     if (f->remarkable ||

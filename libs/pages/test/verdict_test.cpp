@@ -49,6 +49,7 @@ TEST(Verdict, TheZoneOfARunIsForOrientation) {
   EXPECT_THAT(cell(run, "zone"), HasSubstr("the speed changes: for orientation"));
   EXPECT_THAT(cell(run, "next step"), Not(HasSubstr("stop")));
   EXPECT_THAT(cell(run, "next step"), Not(HasSubstr("balance")));
+  EXPECT_THAT(cell(run, "next step"), HasSubstr("record at the service speed"));
 }
 
 TEST(Verdict, AGuessedSpeedIsSaidAndGivesNoAdvice) {

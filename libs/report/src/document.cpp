@@ -190,7 +190,10 @@ Document& Document::table(Table values) {
   return *this;
 }
 Document& Document::equations(const IdentifiedModel& model) {
-  blocks.emplace_back(EquationBlock{model.equations, names_of(model)});
+  EquationBlock block{{}, names_of(model)};
+  std::ranges::copy_if(model.equations, std::back_inserter(block.equations),
+                       [&](const Equation& e) { return !says_nothing(e, block.names); });
+  blocks.emplace_back(std::move(block));
   return *this;
 }
 Document& Document::key_values(std::vector<std::pair<std::string, std::string>> items) {

@@ -34,6 +34,7 @@ figcaption b{color:var(--text)}
 .wf .cur{stroke:var(--muted);stroke-width:1;stroke-dasharray:3 2;pointer-events:none}.wf .sel{fill:var(--link);opacity:.18;pointer-events:none}
 .wf .rd{pointer-events:none}.wf .rd rect{fill:var(--panel);stroke:var(--line);opacity:.94}
 .table{margin:1.4rem 0;overflow-x:auto;width:max-content;min-width:100%;max-width:calc(50vw + 385px)}
+@media screen{td.r,td.c{white-space:nowrap}}
 @media (max-width:900px){.table{width:auto;max-width:100%}}
 @media screen and (max-width:860px){figure svg.wf{max-width:none}}
 table{border-collapse:collapse;font-size:.92rem;font-variant-numeric:tabular-nums}

@@ -263,7 +263,9 @@ std::string to_mathml(const Equation& equation, const NameMap& names) {
     const RoundedEstimate c = magnitude(term);
     std::string out = negative(term) ? "<mo>−</mo>" : terms.empty() ? "" : "<mo>+</mo>";
     std::string number = "<mn>" + c.value + "</mn>";
-    if (!c.deviation.empty()) number = "<mo>(</mo>" + number + "<mo>±</mo><mn>" + c.deviation + "</mn><mo>)</mo>";
+    if (!c.deviation.empty())
+      number = "<mo stretchy=\"false\">(</mo>" + number + "<mo>±</mo><mn>" + c.deviation +
+               "</mn><mo stretchy=\"false\">)</mo>";
     out += number;
     if (c.exponent != 0) {
       out += fmt::format("<mo>×</mo><msup><mn>10</mn><mrow>{}<mn>{}</mn></mrow></msup>",
@@ -334,6 +336,11 @@ std::vector<std::string> estimate_cells(const Estimate& estimate, const std::str
 
 }  // namespace
 
+bool says_nothing(const Equation& equation, const NameMap& names) {
+  return equation.terms.size() == 1 && equation.terms.front().coefficient.value == 1 &&
+         name_text(equation.lhs, names) == term_text(equation.terms.front().function, names);
+}
+
 Table coefficient_table(const IdentifiedModel& model) {
   Table table;
   table.caption = "Coefficients of the identified equations";
@@ -344,6 +351,7 @@ Table coefficient_table(const IdentifiedModel& model) {
                    {"unit", "", Align::left}};
   const NameMap& names = names_of(model);
   for (const Equation& equation : model.equations) {
+    if (says_nothing(equation, names)) continue;
     for (const EquationTerm& term : equation.terms) {
       std::vector<std::string> row = {name_text(equation.lhs, names), term_text(term.function, names)};
       for (std::string& cell : estimate_cells(term.coefficient, term.unit)) row.push_back(std::move(cell));

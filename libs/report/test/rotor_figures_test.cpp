@@ -37,6 +37,18 @@ std::string drawn(const Figure& figure) {
   return svg;
 }
 
+TEST(ReportRotorFigures, APolarPlotIsNotDrawnThroughBeats) {
+  signal::SynchronousCurve curve;
+  curve.name = "x";
+  curve.speed = VectorXd::LinSpaced(40, 100, 139);
+  curve.vector.resize(40);
+  for (Index i = 0; i < 40; ++i) curve.vector(i) = std::polar(1e-3, (i < 20 ? 0.1 : 2.0) * static_cast<double>(i));
+  const Figure figure = polar_1x({curve});
+  const Series& line = figure.panels[0].series[0];
+  EXPECT_EQ((line.y.array() >= 0).count(), 40);
+  EXPECT_EQ(line.y.array().isNaN().count(), 19) << "every step of 115 degrees is a break";
+}
+
 TEST(ReportRotorFigures, RunsAreDrawnFromRecordings) {
   const Recording open = circle(2e-3), closed = circle(2e-4);
   const std::vector<NamedRun> runs = {{"open loop", open}, {"closed loop", closed}};

@@ -9,6 +9,7 @@
 namespace whirl::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 TEST(PartsE2e, ConvertAndInfoInPartsGiveTheSameFileAndTheSameNumbers) {
@@ -36,6 +37,10 @@ TEST(PartsE2e, ConvertAndInfoInPartsGiveTheSameFileAndTheSameNumbers) {
   const Outcome tacho = folder.whirl("convert a.h5 b.csv --stream --pulses x:1");
   EXPECT_EQ(tacho.exit_code, 2);
   EXPECT_THAT(tacho.err, HasSubstr("read in parts"));
+  folder.write("gap.csv", "t_s,x_mm\n0,1\n0.001,\n0.002,1\n0.003,2\n");
+  EXPECT_THAT(
+      folder.whirl("convert gap.csv b.csv --stream").err,
+      AllOf(HasSubstr("gap.csv:3"), HasSubstr("empty in row 1"), HasSubstr("without --stream"), HasSubstr("--rows")));
   EXPECT_THAT(folder.whirl("convert a.h5 b.uff --stream").err, HasSubstr("a file ending in"));
 }
 

@@ -48,6 +48,27 @@ TEST(BalanceRunsE2e, TheSheetIsPrintedWhereABrowserIsInstalled) {
   EXPECT_FALSE(std::filesystem::exists(folder / "none.html"));
 }
 
+TEST(BalanceRunsE2e, ARunWithoutAMassMayLeaveItsCellsEmpty) {
+  const Folder folder;
+  const std::string header = "run_1,speed_rpm,D_amp_um,D_phase_deg,A_mass_gram,A_angle_deg\n",
+                    trial = "2,1480,61,75,10,0\n", stated = " --phase lag --amplitude pp --angles with --json";
+  folder.write("zero.csv", header + "1,1480,80,40,0,0\n" + trial);
+  folder.write("empty.csv", header + "1,1480,80,40,,\n" + trial);
+  const Outcome zero = folder.whirl("balance zero.csv" + stated), empty = folder.whirl("balance empty.csv" + stated);
+  ASSERT_EQ(empty.exit_code, zero.exit_code) << empty.err;
+  const auto mass = [](const Outcome& o) {
+    const io::Json json = io::parse_json(o.out, "stdout");
+    return io::JsonReader(json, "stdout").at("planes").items().front().at("mass").at("value").number();
+  };
+  EXPECT_EQ(mass(zero), mass(empty));
+  folder.write("half.csv", header + "1,1480,80,40,,30\n" + trial);
+  folder.write("reading.csv", header + "1,1480,,40,0,0\n" + trial);
+  EXPECT_NE(folder.whirl("balance half.csv" + stated).err.find("half.csv:2: column 'A_mass' is empty"),
+            std::string::npos);
+  EXPECT_NE(folder.whirl("balance reading.csv" + stated).err.find("reading.csv:2: column 'D_amp' is empty"),
+            std::string::npos);
+}
+
 // Peak, peak-to-peak and rms differ by 2.8: a kind that was not stated was printed as 0-p, with zones by it.
 TEST(BalanceRunsE2e, AKindOfAmplitudesThatIsNotStatedIsNotGuessed) {
   const Folder folder;

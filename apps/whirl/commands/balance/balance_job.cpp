@@ -70,13 +70,8 @@ void balance_runs(const std::string& path, const JobFlags& flags, Session& sessi
                                     {"--piece-gram", flags.piece_gram},
                                     {"--hole-gram", flags.hole_gram}})
     require_range(flag, value, 0, 1e9);
-  balancing::VectorConvention usual, stated = flags.convention();
-  for (const auto part : {&balancing::VectorConvention::phase, &balancing::VectorConvention::amplitude,
-                          &balancing::VectorConvention::angles})
-    if (!(stated.*part).empty()) usual.*part = stated.*part;
-  usual.amplitude_stated = !stated.amplitude.empty();
-  usual.sense_stated = !stated.phase.empty() && !stated.angles.empty();
-  const balancing::JobFile file = balancing::read_job(path, usual, flags.slow_roll_rpm * std::numbers::pi / 30);
+  const auto convention = balancing::VectorConvention::stated(flags.phase, flags.amplitude, flags.angles);
+  const balancing::JobFile file = balancing::read_job(path, convention, flags.slow_roll_rpm * std::numbers::pi / 30);
   const balancing::SolvedJob solved = balancing::solve_job(path, file, flags.options());
   session.say(report::to_text(balancing::balancing_sheet(solved.sheet)));
   session.result(solved.json);

@@ -13,6 +13,7 @@ constexpr int kLineLobe = 4;                // steps: half the lobe of a Hann wi
 constexpr double kEdge = 4.5;               // steps: the lobe of a Hann window from its top on
 constexpr double kFollowedBeat = 1.0 / 16;  // orders: the blocks of such an angle are 16 turns
 constexpr double kOffSupply = 0.025;        // of the frequency: grids of one generating set, two-pole motors with slip
+constexpr double kLeastStretch = 4;         // of 1 / duration, between two orders
 constexpr std::size_t kManyBlocks = 16, kLook = 4;
 constexpr double kSeenAtAll = 0.01;                   // chance at the best frequency of such a look
 constexpr double kWhirlFrom = 0.38, kWhirlTo = 0.52;  // orders: such a line at steady speed is judged as a whirl
@@ -133,27 +134,56 @@ bool is_sideband(const std::vector<LineBlock>& blocks, const Search& s, const st
   });
 }
 
-// At steady speed an order within the wide range leaves its skirts there, and a whirl is no electric line.
-bool is_clear(const ChannelStudy& s, const std::vector<LineBlock>& blocks, double nominal) {
-  if (s.runs()) return true;
-  double longest = 0;
-  for (const LineBlock& b : blocks) longest = std::max(longest, b.duration());
-  const double reach = kOffSupply * nominal + 3 / longest;
-  return std::ranges::none_of(blocks, [&](const LineBlock& b) {
-    const double half = 0.5 * b.turning(), from_order = std::abs(nominal - half * std::round(nominal / half));
-    const double order = nominal / b.turning();
-    return from_order < reach || (order > kWhirlFrom && order < kWhirlTo);
-  });
+struct Stretch {
+  double low = 0, high = 0;  // Hz
+};
+
+// Where a line off the supply may be. At steady speed an order leaves its skirts beside it, and a whirl is no electric
+// line: there it is the wide range less what lies near a multiple of half the speed.
+std::vector<Stretch> clear_of_orders(const ChannelStudy& s, const std::vector<LineBlock>& blocks, double nominal) {
+  const double reach = kOffSupply * nominal;
+  if (s.runs()) return {{nominal - reach, nominal + reach}};
+  double longest = 0, slowest = INFINITY, fastest = 0;
+  for (const LineBlock& b : blocks) {
+    longest = std::max(longest, b.duration());
+    slowest = std::min(slowest, b.turning());
+    fastest = std::max(fastest, b.turning());
+  }
+  if (nominal / slowest > kWhirlFrom && nominal / fastest < kWhirlTo) return {};
+  std::vector<Stretch> out;
+  double low = nominal - reach;
+  const double guard = 3 / longest;
+  const auto add = [&](double high) {
+    if (high - low > kLeastStretch / longest) out.push_back({low, high});
+  };
+  for (double k = std::ceil((nominal - reach - guard) / (0.5 * fastest)); 0.5 * k * slowest < nominal + reach + guard;
+       ++k) {
+    add(std::min(0.5 * k * slowest - guard, nominal + reach));
+    low = std::max(low, 0.5 * k * fastest + guard);
+  }
+  add(nominal + reach);
+  return out;
+}
+
+// The line within these stretches that the blocks show best.
+Search search_off_supply(const ChannelStudy& s, const std::vector<LineBlock>& blocks, double nominal) {
+  const std::vector<Stretch> stretches = clear_of_orders(s, blocks, nominal);
+  Search best;
+  for (const Stretch& part : stretches) {
+    const double middle = 0.5 * (part.low + part.high), share = 0.5 * (part.high - part.low) / middle;
+    // Runs have many blocks and the range is wide: a first look at some of them.
+    if (blocks.size() >= kManyBlocks && search(blocks, middle, share, kLook).chance > kSeenAtAll) continue;
+    Search here = search(blocks, middle, share);
+    here.chance *= static_cast<double>(stretches.size());
+    if (!here.values.empty() && (best.values.empty() || here.chance < best.chance)) best = std::move(here);
+  }
+  return best;
 }
 
 // Adds the line about `nominal` where it is one of the supply; whether it was added.
 bool find_line(ChannelStudy& s, const std::vector<LineBlock>& blocks, double nominal, int multiple, VibrationCode code,
                bool off_supply = false) {
-  if (off_supply && !is_clear(s, blocks, nominal)) return false;
-  // Runs have many blocks and the range is wide: a first look at some of them.
-  if (off_supply && blocks.size() >= kManyBlocks && search(blocks, nominal, kOffSupply, kLook).chance > kSeenAtAll)
-    return false;
-  const Search found = search(blocks, nominal, off_supply ? kOffSupply : kMainsTolerance);
+  const Search found = off_supply ? search_off_supply(s, blocks, nominal) : search(blocks, nominal, kMainsTolerance);
   if (found.values.empty()) return false;
   VibrationFinding f;
   f.code = code;

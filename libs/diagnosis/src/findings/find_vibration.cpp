@@ -6,6 +6,7 @@
 #include "findings/vibration_angle.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/diagnosis/passages.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 #include "whirl/diagnosis/vibration.hpp"
 #include "whirl/signal/order.hpp"
@@ -200,29 +201,34 @@ const VibrationFinding* VibrationFindings::find(VibrationCode code, std::string_
 
 namespace {
 
+/// After a passage the rotor rings at its natural frequency, which lies at or below the speed of the largest vector (a
+/// fast run or a hardening spring shifts it up). Where half an order or a whirl has that frequency, it may be this.
+/// What is seen before the passage too was not set ringing by it.
+bool rings(const VibrationFinding& f, const Passage& p, bool speeds_up) {
+  constexpr double kLowest = 0.7, kHighest = 1.1;
+  const double ratio = f.order * f.speed / p.speed;
+  return ratio > kLowest && ratio < kHighest && (speeds_up ? f.low_speed > p.speed : f.high_speed < p.speed);
+}
+
 /// A run through a resonance turns the 1X vector within a block of turns, whose mean is too small: there the largest
-/// vector of a turn is the size, as in a Bode plot. After the passage the rotor rings at its natural frequency, which
-/// lies at or below the speed of that vector (a fast run or a hardening spring shifts it up) and looks like half an
-/// order or a whirl.
+/// vector of a turn is the size, as in a Bode plot.
 void read_runs_by_turn(const Recording& record, const Rotation& turning, VibrationFindings& result) {
-  constexpr double kLowest = 0.7, kHighest = 1.1;  // natural frequency over the speed of the largest vector
   if (at_one_speed(turning)) return;
-  std::map<std::string, double> passage;
+  const bool speeds_up = turning.speed[turning.size() - 1] > turning.speed[0];
+  std::map<std::string, std::vector<Passage>> passed;
   for (VibrationFinding& f : result.findings) {
     if (f.code != VibrationCode::first_order) continue;
     const signal::SynchronousCurve curve = order_curve(record, turning, f.channel);
     if (curve.vector.size() == 0) continue;
     Eigen::Index at = 0;
     f.size = curve.vector.cwiseAbs().maxCoeff(&at);
-    f.speed = passage[f.channel] = curve.speed[at];
+    f.speed = curve.speed[at];
+    std::vector<Passage>& list = passed[f.channel] = passages(curve);
+    list.push_back({at, f.speed, f.size, f.speed});
   }
   for (VibrationFinding& f : result.findings) {
-    const auto critical = passage.find(f.channel);
-    if (critical == passage.end() || (f.code != VibrationCode::half_orders && f.code != VibrationCode::subsynchronous))
-      continue;
-    const double ratio = f.order * f.speed / critical->second;
-    // What is seen before the passage too was not set ringing by it.
-    if (ratio > kLowest && ratio < kHighest && f.low_speed > critical->second)
+    if (f.code != VibrationCode::half_orders && f.code != VibrationCode::subsynchronous) continue;
+    if (std::ranges::any_of(passed[f.channel], [&](const Passage& p) { return rings(f, p, speeds_up); }))
       f.causes.insert(f.causes.begin(), Cause::free_vibration);
   }
 }

@@ -19,6 +19,7 @@ constexpr double kToneChance = 1e-3;      // of a line of fixed frequency that e
 constexpr double kToneShare = 0.5;        // of the amplitude that it must have
 constexpr std::size_t kCompared = 8;      // blocks in which such a line is looked for
 constexpr double kApart = 4;              // lines of the spectrum between the order and the fixed frequency there
+constexpr double kApartBefore = 2;        // a free vibration has few blocks before the order crosses it
 constexpr double kMainsDeviation = 5e-4;  // usual, of the frequency
 
 struct OrderTrack {
@@ -29,24 +30,39 @@ struct OrderTrack {
   double size = 0;
 };
 
-// A line of fixed frequency crosses the order in block `at`: it is there, as large, where the order is elsewhere.
+/// A line of fixed frequency in the blocks beside one.
+struct Tone {
+  std::vector<double> chances;
+  double power = 0;
+
+  void add(const LineValue& value) {
+    chances.push_back(value.chance);
+    power += std::norm(value.vector);
+  }
+  bool explains(double amplitude) const {
+    return chances.size() >= 2 && fisher(chances) < kToneChance &&
+           std::sqrt(power / static_cast<double>(chances.size())) > kToneShare * amplitude;
+  }
+};
+
+// A line of fixed frequency crosses the order in block `at`: it is there, as large, where the order is elsewhere; or
+// before it alone, for the free vibration after a critical speed decays.
 bool crossed_by_tone(const std::vector<LineBlock>& blocks, std::size_t at, const Line& order, double amplitude) {
   const double frequency = order.order * blocks[at].turning();
-  std::vector<double> chances;
-  double sum = 0;
-  for (std::size_t distance = 1; distance < blocks.size() && chances.size() < kCompared; ++distance) {
+  Tone beside, earlier;
+  for (std::size_t distance = 1; distance < blocks.size() && beside.chances.size() < kCompared; ++distance) {
     for (const bool before : {true, false}) {
       if (before ? distance > at : at + distance >= blocks.size()) continue;
       const LineBlock& b = blocks[before ? at - distance : at + distance];
-      if (std::abs(b.bin_of(order) - b.bin_of({0, frequency})) < kApart) continue;
+      const double apart = std::abs(b.bin_of(order) - b.bin_of({0, frequency}));
+      if (apart < (before ? kApartBefore : kApart)) continue;
       const LineValue value = b.added({0, frequency});
       if (!(value.share >= kLeastShare)) continue;
-      chances.push_back(value.chance);
-      sum += std::norm(value.vector);
+      if (before) earlier.add(value);
+      if (apart >= kApart) beside.add(value);
     }
   }
-  if (chances.size() < 2 || fisher(chances) > kToneChance) return false;
-  return std::sqrt(sum / static_cast<double>(chances.size())) > kToneShare * amplitude;
+  return beside.explains(amplitude) || earlier.explains(amplitude);
 }
 
 OrderTrack track(const ChannelStudy& s, double order) {

@@ -211,8 +211,11 @@ std::optional<FrfKind> frf_kind(std::string_view name) {
 
 std::string readable_formats() {
   std::string text;
+  std::string_view last;
   for (const Format& f : formats()) {
-    if (f.read != nullptr) text += fmt::format("{}{}", text.empty() ? "" : ", ", f.words);
+    if (f.read == nullptr || f.words == last) continue;  // MAT 4 and 5 are neighbours of one name
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", f.words);
+    last = f.words;
   }
   return text;
 }

@@ -227,12 +227,12 @@ std::string next_step(const VibrationFinding& f) {
   return "";
 }
 
-std::string to_text(const diagnosis::VibrationFindings& v, const std::string& before) {
-  std::string out;
+std::vector<std::string> lines_of(const diagnosis::VibrationFindings& v) {
+  std::vector<std::string> out;
   if (v.angle == diagnosis::AngleSource::vibration && !v.findings.empty())
-    out += fmt::format("{}no rotor angle: {:.0f} rpm taken from the largest line that is not electric\n", before,
-                       v.low_speed / kRadPerSecPerRpm);
-  for (const VibrationFinding& f : v.findings) out += before + text(f) + "\n";
+    out.push_back(fmt::format("no rotor angle: {:.0f} rpm taken from the largest line that is not electric",
+                              v.low_speed / kRadPerSecPerRpm));
+  for (const VibrationFinding& f : v.findings) out.push_back(text(f));
   // Channels with the same gap share a line.
   for (std::size_t k = 0; k < v.unjudged.size(); ++k) {
     const auto alike = [&](const diagnosis::Unjudged& u) {
@@ -243,8 +243,14 @@ std::string to_text(const diagnosis::VibrationFindings& v, const std::string& be
     diagnosis::Unjudged together = *here;
     for (auto u = here + 1; u != v.unjudged.end(); ++u)
       if (alike(*u)) together.channel += ", " + u->channel;
-    out += before + text(together) + "\n";
+    out.push_back(text(together));
   }
+  return out;
+}
+
+std::string to_text(const diagnosis::VibrationFindings& v, const std::string& before) {
+  std::string out;
+  for (const std::string& line : lines_of(v)) out += before + line + "\n";
   return out;
 }
 

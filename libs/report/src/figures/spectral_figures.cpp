@@ -222,6 +222,27 @@ Figure bode_1x(const std::vector<signal::SynchronousCurve>& curves, Phase conven
   return figure;
 }
 
+namespace {
+constexpr double kWidestTurn = std::numbers::pi / 4;  // from one vector to the next
+constexpr double kLeastStep = 0.02;                   // of the largest vector
+
+/// From turn to turn the free vibration after a critical speed moves the vector across the figure: no path of the 1X.
+bool beats(const Eigen::VectorXcd& vector, Index i, double largest) {
+  return std::abs(std::arg(vector(i) * std::conj(vector(i - 1)))) > kWidestTurn &&
+         std::abs(vector(i) - vector(i - 1)) > kLeastStep * largest;
+}
+
+/// The curve, with a break in the line where it beats.
+Eigen::VectorXcd with_breaks(const Eigen::VectorXcd& vector, double largest) {
+  std::vector<std::complex<double>> out;
+  for (Index i = 0; i < vector.size(); ++i) {
+    if (i > 0 && beats(vector, i, largest)) out.emplace_back(NAN, NAN);
+    out.push_back(vector(i));
+  }
+  return Eigen::Map<Eigen::VectorXcd>(out.data(), static_cast<Index>(out.size()));
+}
+}  // namespace
+
 Figure polar_1x(const std::vector<signal::SynchronousCurve>& curves, Phase phase, const AmplitudeScale& scale,
                 int labels) {
   const Vectors all(curves, scale);
@@ -237,12 +258,15 @@ Figure polar_1x(const std::vector<signal::SynchronousCurve>& curves, Phase phase
   const double sign = panel.clockwise ? -1 : 1;
   panel.height = 380;
   for (const signal::SynchronousCurve& c : curves) {
-    panel.line(curves.size() > 1 ? c.name : "", sign * c.vector.array().arg(), all.factor * c.vector.cwiseAbs());
+    const Eigen::VectorXcd drawn = with_breaks(c.vector, c.vector.cwiseAbs().maxCoeff());
+    panel.line(curves.size() > 1 ? c.name : "", sign * drawn.array().arg(), all.factor * drawn.cwiseAbs());
   }
   // Speeds at equal steps of the way along the curve, where the reader needs them.
   const signal::SynchronousCurve& first = curves.front();
   VectorXd way = VectorXd::Zero(first.vector.size());
-  for (Index i = 1; i < way.size(); ++i) way(i) = way(i - 1) + std::abs(first.vector(i) - first.vector(i - 1));
+  const double largest = first.vector.size() > 0 ? first.vector.cwiseAbs().maxCoeff() : 0;
+  for (Index i = 1; i < way.size(); ++i)
+    way(i) = way(i - 1) + (beats(first.vector, i, largest) ? 0 : std::abs(first.vector(i) - first.vector(i - 1)));
   for (int k = 0; k < labels && way.size() > 0; ++k) {
     const double wanted = (k + 0.5) / labels * way(way.size() - 1);
     const Index at = std::lower_bound(way.data(), way.data() + way.size() - 1, wanted) - way.data();

@@ -11,11 +11,13 @@ namespace whirl::balancing {
 
 /// How the vectors of a job are written. A phase lag and angles against rotation belong together as lead and with do.
 struct VectorConvention {
-  std::string phase = "lag";        ///< lag or lead
-  std::string amplitude = "0p";     ///< 0p (or peak), pp or rms
-  std::string angles = "with";      ///< of the masses: with or against rotation
-  bool amplitude_stated = true;     ///< `amplitude` was, too
-  bool sense_stated = true;         ///< both `phase` and `angles` were stated, not taken as usual
+  std::string phase = "lag";     ///< lag or lead
+  std::string amplitude = "0p";  ///< 0p (or peak), pp or rms
+  std::string angles = "with";   ///< of the masses: with or against rotation
+  bool amplitude_stated = true;  ///< `amplitude` was, too
+  bool sense_stated = true;      ///< both `phase` and `angles` were stated, not taken as usual
+  /// As a user states it: an empty text takes the usual one and says that it was not stated.
+  static VectorConvention stated(const std::string& phase, const std::string& amplitude, const std::string& angles);
   double amplitude_factor() const;  ///< to zero-to-peak
   double phase_sign() const { return phase == "lag" ? -1 : 1; }
   double angle_sign() const { return angles == "against" ? -1 : 1; }

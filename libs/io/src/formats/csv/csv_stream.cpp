@@ -320,9 +320,10 @@ struct CsvStream::State : detail::CsvLines {
       return std::numeric_limits<double>::quiet_NaN();
     if (text.empty())
       fail(
-          fmt::format("{}: empty; every value must be a finite number (info, identify and validate take missing "
-                      "readings; several rates in one table: export one table for each rate)",
-                      column_name(file_column)));
+          fmt::format("{}: empty in row {} of the record, counted from 0; every value must be a number here. info, "
+                      "identify, validate and convert without --stream take gaps. Else choose rows without them "
+                      "(--rows FIRST:END). Several rates in one table: export one table for each",
+                      column_name(file_column), line - first_line));
     std::string copy(text);
     if (dialect.delimiter != ',') {
       const char other = dialect.decimal == ',' ? '.' : ',';

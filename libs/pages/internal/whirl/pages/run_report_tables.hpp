@@ -22,8 +22,20 @@ struct CriticalRow {
 report::Table run_table(const std::vector<NamedFile<Recording>>& records);
 report::Table critical_table(const std::vector<CriticalRow>& rows, double service_speed);
 report::Table zone_table(const std::vector<CriticalRow>& rows, double service_speed);
-report::Table grade_table(const std::vector<NamedFile<IdentifiedModel>>& models, const std::vector<CriticalRow>& rows,
-                          double service_speed);
+inline constexpr double kGradeOfCentrifuges = 6.3;  // mm/s, of separators and decanters
+/// Balance quality of a model (ISO 21940-11) at the service speed, or the highest of the runs.
+struct BalanceQuality {
+  std::string model;
+  Estimate eccentricity;      ///< m
+  double speed = 0;           ///< rad/s
+  double grade = 0;           ///< m/s
+  double held = 0;            ///< the smallest grade of the series that holds it, mm/s; infinity above all
+  std::string words() const;  ///< "G 100"
+  double allowed() const;     ///< um, the eccentricity that G 6.3 allows at this speed
+};
+std::vector<BalanceQuality> balance_quality(const std::vector<NamedFile<IdentifiedModel>>& models,
+                                            const std::vector<CriticalRow>& rows, double service_speed);
+report::Table grade_table(const std::vector<BalanceQuality>& models);
 report::Table mode_list(const std::string& name, const ModalModel& modes);
 report::Table validation_columns();
 void add_validation(report::Table& table, const std::string& model, const std::string& record, bool trained,

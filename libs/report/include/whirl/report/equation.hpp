@@ -29,6 +29,8 @@ std::string to_mathml(const Equation& equation, const NameMap& names = {});  ///
 std::string to_latex(const Equation& equation, const NameMap& names = {});   ///< lines of an aligned environment
 std::string to_text(const Equation& equation, const NameMap& names = {});    ///< one line, for a terminal
 
+/// x' = x': the state of a rotor that is the derivative of another. Left out of tables and pages.
+bool says_nothing(const Equation& equation, const NameMap& names);
 /// Every coefficient with standard deviation, 95 % interval and unit.
 Table coefficient_table(const IdentifiedModel& model);
 /// Physical parameters of the model (k1, k2, c, ...) likewise, without those that are the coefficient of one term.

@@ -16,7 +16,9 @@ std::string short_text(const diagnosis::VibrationFinding& finding);
 std::string text(const diagnosis::Unjudged& unjudged);
 /// What to do about a finding; empty where there is nothing to do.
 std::string next_step(const diagnosis::VibrationFinding& finding);
-/// A line for each finding and for what was not judged, each behind `before`.
+/// A line for each finding and for what was not judged; channels with the same gap share one.
+std::vector<std::string> lines_of(const diagnosis::VibrationFindings& findings);
+/// The same as text, each line behind `before`.
 std::string to_text(const diagnosis::VibrationFindings& findings, const std::string& before);
 
 /// The object `vibration` of whirl.info/2 (docs/formats.md).
