@@ -65,6 +65,15 @@ AnyLaw make(const ControllerDesign& d, const Parameters& v) {
   return LearnedPolicy{axis, axis, LearnedSynchronous(s)};
 }
 
+/// A tenth of the eccentricity, at the critical speed.
+Parameters measures(const ControllerDesign& d, double) {
+  const double omega = d.model.natural_frequency(), length = std::max(0.1 * std::abs(d.model.eps), 5e-6);
+  return {{"position_scale", length},
+          {"velocity_scale", length * omega},
+          {"control_scale", length * omega * omega},
+          {"speed_scale", omega}};
+}
+
 }  // namespace
 
 std::complex<double> LearnedSynchronous::step(std::complex<double> z, double beta, double omega,
@@ -93,7 +102,8 @@ LawEntry learned_law() {
       .code = [](const Parameters&) { return CodeFragment{"learned"}; },
       .model_free = true,
       .cancels_synchronous = true,
-      .weights = names};
+      .weights = names,
+      .measures = measures};
 }
 
 }  // namespace whirl::control
