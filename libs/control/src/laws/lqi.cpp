@@ -13,12 +13,13 @@ namespace whirl::control {
 namespace {
 
 constexpr std::size_t kLqiNodes = TurningFeedback::kNodes;
-constexpr std::array kGainParts{"position_re", "position_im", "velocity_re", "velocity_im", "integral_re", "integral_im"};
+constexpr std::array kGainParts{"position_re", "position_im", "velocity_re",
+                                "velocity_im", "integral_re", "integral_im"};
 
 std::vector<ParameterInfo> lqi_parameters() {
   std::vector<ParameterInfo> out = quadratic_weights();
-  out.push_back({"integral_scale", "m s", "turning integral of the displacement weighted as 1", 1e-4, 1e-12, 1e3, 1e-6,
-                 1e-2});
+  out.push_back(
+      {"integral_scale", "m s", "turning integral of the displacement weighted as 1", 1e-4, 1e-12, 1e3, 1e-6, 1e-2});
   out.push_back({"speed_min", "rad/s", "no adaptation below this speed", 10, 1e-3, 1e6, 0, 0});
   out.push_back({"speed_top", "rad/s", "highest speed of the table of gains", 200, 1, 1e6, 0, 0});
   return out;
@@ -60,9 +61,10 @@ std::vector<std::pair<ParameterInfo, double>> lqi_code_parameters(const Controll
   for (std::size_t k = 0; k < kLqiNodes; ++k) {
     for (std::size_t i = 0; i < kGainParts.size(); ++i) {
       const char* unit = i < 2 ? "1/s^2" : i < 4 ? "1/s" : "1/s^3";
-      out.emplace_back(ParameterInfo{fmt::format("{}_{}", kGainParts[i], k), unit,
-                                     fmt::format("gain at {} of {} parts of speed_top", k, kLqiNodes - 1), 0, -1e15, 1e15},
-                       all.value[k][i]);
+      out.emplace_back(
+          ParameterInfo{fmt::format("{}_{}", kGainParts[i], k), unit,
+                        fmt::format("gain at {} of {} parts of speed_top", k, kLqiNodes - 1), 0, -1e15, 1e15},
+          all.value[k][i]);
     }
   }
   return out;
@@ -73,7 +75,8 @@ CodeFragment lqi_code(const Parameters&) {
   std::string& lines = out.slots["gain_lines"];
   for (std::size_t k = 0; k < kLqiNodes; ++k) {
     for (std::size_t i = 0; i < kGainParts.size(); ++i) {
-      lines += fmt::format("{}    state->gains[{}][{}] = params->{}_{};", lines.empty() ? "" : "\n", k, i, kGainParts[i], k);
+      lines +=
+          fmt::format("{}    state->gains[{}][{}] = params->{}_{};", lines.empty() ? "" : "\n", k, i, kGainParts[i], k);
     }
   }
   return out;
@@ -99,7 +102,8 @@ LqiGains lqi_gains(double k1, double c, double omega, double h, const LqiScales&
   Eigen::Matrix3cd f = a, g = b * b.adjoint() / r, x = q;
   constexpr int kDoublings = 60;
   for (int k = 0; k < kDoublings; ++k) {
-    const Eigen::Matrix3cd w = (Eigen::Matrix3cd::Identity() + g * x).inverse(), wf = w * f, step = f.adjoint() * x * wf;
+    const Eigen::Matrix3cd w = (Eigen::Matrix3cd::Identity() + g * x).inverse(), wf = w * f,
+                           step = f.adjoint() * x * wf;
     g += f * w * g * f.adjoint();
     x += step;
     f = (f * wf).eval();

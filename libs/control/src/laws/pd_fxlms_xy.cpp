@@ -44,9 +44,9 @@ LawEntry pd_fxlms_xy_law() {
                    {kKp, kKd, kPerTime, slow}},
           .equation = std::string(kPdText) +
                       ", and the canceller of the synchronous motion below: filtered-x LMS, a weight for each axis",
-          .latex = equations({R"(a = -k_p z - k_d \dot z - d + \mathrm{Re}(w_x F) + i\,\mathrm{Re}(w_y F))",
-                              R"(w \leftarrow w - h \mu G^{H} E / \lambda_{\max}(G^{H} G))",
-                              R"(E = 2 (x, y) e^{-i\beta})"}),
+          .latex =
+              equations({R"(a = -k_p z - k_d \dot z - d + \mathrm{Re}(w_x F) + i\,\mathrm{Re}(w_y F))",
+                         R"(w \leftarrow w - h \mu G^{H} E / \lambda_{\max}(G^{H} G))", R"(E = 2 (x, y) e^{-i\beta})"}),
           .make = [](const ControllerDesign& d, const Parameters& v) -> AnyLaw {
             const double h = d.sample_time, delay = v.at("predict") > 0 ? 0 : d.delay + 0.5 * h;
             const Pd pd{v.at("kp"), v.at("kd")};

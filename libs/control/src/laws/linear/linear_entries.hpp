@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "parameters.hpp"
+#include "laws/parameters.hpp"
 #include "whirl/control/laws/state_space.hpp"
 
 namespace whirl::control {

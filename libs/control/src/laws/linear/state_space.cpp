@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "linear_entries.hpp"
-#include "parameters.hpp"
+#include "laws/linear/linear_entries.hpp"
+#include "laws/parameters.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::control {

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "linear_entries.hpp"
-#include "parameters.hpp"
+#include "laws/linear/linear_entries.hpp"
+#include "laws/parameters.hpp"
 #include "whirl/control/hinfinity.hpp"
 #include "whirl/core/decompositions.hpp"
 
@@ -103,11 +103,11 @@ void visit_own(int order, const Visit& visit) {
 std::vector<std::pair<ParameterInfo, double>> hinf_code_parameters(const ControllerDesign& d, const Parameters& v) {
   const LinearLaw law = both_axes(d, v);
   std::vector<std::pair<ParameterInfo, double>> out;
-  visit_own(hinf_order(v), [&](const std::string& axis, const std::string& name, const char* unit, char part, int row,
-                             int column) {
-    const ParameterInfo info{name, unit, meaning_of(part), 0, -kMostEntry, kMostEntry};
-    out.emplace_back(info, entry_of(axis == "x" ? law.x() : law.y(), part, row, column));
-  });
+  visit_own(hinf_order(v),
+            [&](const std::string& axis, const std::string& name, const char* unit, char part, int row, int column) {
+              const ParameterInfo info{name, unit, meaning_of(part), 0, -kMostEntry, kMostEntry};
+              out.emplace_back(info, entry_of(axis == "x" ? law.x() : law.y(), part, row, column));
+            });
   return out;
 }
 
@@ -116,7 +116,8 @@ CodeFragment hinf_code(const Parameters& v) {
   Parameters present{{"x_order", order}, {"y_order", order}};
   for (const std::string axis : kAxes)
     visit_entries(axis, order, [&](const std::string& name, const char*, char, int, int) { present[name] = 0; });
-  visit_own(order, [&](const std::string&, const std::string& name, const char*, char, int, int) { present[name] = 1; });
+  visit_own(order,
+            [&](const std::string&, const std::string& name, const char*, char, int, int) { present[name] = 1; });
   return linear_code(present);
 }
 
