@@ -37,7 +37,7 @@ LinearAxis axis_of(const Parameters& v, const std::string& axis) {
   return out;
 }
 
-AnyLaw make(const ControllerDesign& d, const Parameters& v) {
+AnyLaw make_linear(const ControllerDesign& d, const Parameters& v) {
   if (const double h = v.at("law_sample_time"); h > 0 && std::abs(h / d.sample_time - 1) > 1e-9) {
     throw Error::in_field("sample_time", fmt::format("{:g} s", d.sample_time),
                           fmt::format("that of the law, law_sample_time {:g} s", h));
@@ -46,7 +46,7 @@ AnyLaw make(const ControllerDesign& d, const Parameters& v) {
 }
 
 /// Names a law that grows by itself; the loop around it may hold nevertheless.
-std::vector<std::string> remarks(const Parameters& v) {
+std::vector<std::string> linear_remarks(const Parameters& v) {
   std::vector<std::string> out;
   for (const std::string axis : kAxes) {
     const LinearAxis law = axis_of(v, axis);
@@ -62,7 +62,7 @@ std::vector<std::string> remarks(const Parameters& v) {
   return out;
 }
 
-std::vector<std::pair<ParameterInfo, double>> code_parameters(const ControllerDesign&, const Parameters& v) {
+std::vector<std::pair<ParameterInfo, double>> linear_code_parameters(const ControllerDesign&, const Parameters& v) {
   std::vector<std::pair<ParameterInfo, double>> out;
   for (const ParameterInfo& info : entries(v)) {
     if (v.at(info.name) != 0) out.emplace_back(info, v.at(info.name));
@@ -128,12 +128,12 @@ LawEntry state_space_law() {
                     {"law_sample_time", "s", "sample time that A, B, C, D hold for; 0: any", 0, 0, 1, 0, 0}}},
           .equation = "     q+ = A q + B u,  a = C q + D u - d,  u = (x, y, v_x, v_y): a law that the user wrote",
           .latex = equations({R"(q_{k+1} = A q_k + B u_k)", R"(a = C q_k + D u_k - d)", R"(u = (x, y, v_x, v_y))"}),
-          .make = make,
+          .make = make_linear,
           .code = linear_code,
           .model_free = true,
-          .code_parameters = code_parameters,
+          .code_parameters = linear_code_parameters,
           .entries = entries,
-          .remarks = remarks,
+          .remarks = linear_remarks,
           .own = true};
 }
 
