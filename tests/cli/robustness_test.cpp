@@ -139,9 +139,15 @@ TEST_F(RobustnessE2e, ARunTellsWhetherTheSlidingBoundHolds) {
   design.parameters = {{"switching_gain", 0.3}, {"boundary_layer", 0.01}};
   design.margins.clear();
   io::save(folder / "sliding.json", design);
-  const Outcome low = folder.whirl("run sliding.json --added-mass-g 5 --sliding v.csv --json");
+  const Outcome low = folder.whirl("run sliding.json --added-mass-g 5 --sliding v.csv --sliding-figure v.svg --json");
   EXPECT_EQ(low.exit_code, 1) << low.out << low.err;
   EXPECT_NE(low.out.find("\"sliding_bound_missed\""), std::string::npos) << low.out;
+  const io::Json told = io::parse_json(low.out, "run");
+  const io::Json& sliding = *told.find("sliding");
+  EXPECT_FALSE(*sliding.find("holds")->get<bool>());
+  EXPECT_EQ(*sliding.find("switching_gain")->get<double>(), 0.3);
+  EXPECT_GT(*sliding.find("largest_disturbance")->get<double>(), 0.3);
+  EXPECT_NE(slurp(folder / "v.svg").find("switching gain, eq. 42"), std::string::npos);
   EXPECT_TRUE(slurp(folder / "v.csv").starts_with("t_s,s_x_m_s,s_y_m_s")) << slurp(folder / "v.csv").substr(0, 80);
   design.law = "pd";
   design.parameters = {};

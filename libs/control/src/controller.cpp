@@ -174,7 +174,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
           forward += a;
         }
         if constexpr (requires { l.linear; }) {
-          const std::complex<double> a = l.linear.step(e.z, e.v);
+          const std::complex<double> a = l.linear.step(e.z, e.v, m.omega);
           x.a += a.real();
           y.a += a.imag();
         }

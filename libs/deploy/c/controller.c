@@ -275,6 +275,20 @@ static whirl_status whirl_one(whirl_state *state, const whirl_input *in, whirl_o
   /* the synchronous part of the force is not feedback */
   d = whirl_scale(R(-1.0), d);
 #endif
+#if HAS_SYNCHRONOUS
+  {
+    const whirl_real ahead = in->omega * (p->delay + (R(0.5) * p->sample_time));
+    const whirl_complex a = whirl_synchronous(state, z, beta, in->omega, whirl_mul(forcing, whirl_phasor(ahead)),
+#if HAS_SUPERVISION
+                                              fresh && !state->saturated && state->watch.adapt);
+    d = whirl_add(d, a);
+#else
+                                              fresh && !state->saturated);
+#endif
+    ax += a.re;
+    ay += a.im;
+  }
+#endif
 /*@law_add@*/
 #if HAS_SUPERVISION
   if ((state->watch.gain < R(1.0)) || (state->watch.force < R(1.0)) || (state->watch.held < R(1.0)) ||

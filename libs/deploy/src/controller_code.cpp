@@ -140,6 +140,7 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
   const control::EstimatorEntry& estimator = control::estimator_entry(d.estimator);
   const control::CodeFragment law_code = law.code(values), estimator_code = estimator.code(values);
   if (law.model_free) on.insert("MODEL_FREE");
+  if (law.cancels_synchronous) on.insert("SYNCHRONOUS");
   if (!law_code.memory.empty()) on.insert("AXIS_MEMORY");
   if (d.feedforward) on.insert("FEEDFORWARD");
   if (values.at("predict") > 0) {

@@ -8,9 +8,11 @@
 #include "whirl/modal/residues.hpp"
 #include "whirl/pages/run_json.hpp"
 #include "whirl/pages/run_report_tables.hpp"
+#include "whirl/pages/text/sliding.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/rotor_figures.hpp"
 #include "whirl/signal/spectrum.hpp"
+#include "whirl/tuning/sliding.hpp"
 
 namespace whirl::study {
 namespace {
@@ -213,8 +215,27 @@ class Report {
         "The paper reads 0.55 s from its figure as the time to reach a finite-time state. Its eq. 30 is the time "
         "of sliding on the surface only. Upper bounds for this design: reaching {}, sliding {}.",
         seconds("reach_time_s"), seconds("slide_time_s")));
+    reaching();
     balanced();
     loaded();
+  }
+
+  // The paper's argument, eqs. 28 to 42, along the run of Table 4.
+  void reaching() {
+    const std::optional<tuning::SlidingStudy> study =
+        tuning::sliding_study(s_.designs.at("tsmc"), s_.run("5g_tsmc").run.log);
+    if (!study) return;
+    doc_.subsection("Reaching the sliding surface (eqs. 28 to 42)");
+    doc_.table(pages::sliding_table(*study));
+    const std::optional<Finding> missed = study->missed();
+    doc_.callout(missed ? Callout::Kind::disagrees : Callout::Kind::agrees, "Switching gain above the disturbance (42)",
+                 missed ? text(*missed)
+                        : fmt::format("{} against {} m/s² at most along the run with 5 g.",
+                                      report::format_number(study->switching_gain, 3),
+                                      report::format_number(study->largest_disturbance, 3)));
+    doc_.figure(pages::sliding_figure(*study),
+                "The argument along the run with 5 g: S with the layer, disturbance with the switching gain, V, dV/dt "
+                "with its bound.");
   }
 
   void balanced() {

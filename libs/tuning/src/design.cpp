@@ -55,7 +55,7 @@ std::vector<Variable> variables_of(const ControllerDesign& start, const DesignOp
       v.low = 3, v.high = 150, v.gain_over_layer = true;
       v.start = switching_gain_of(values) / values.at(info.name);
     }
-    v.velocity_gain = v.gain_over_layer || info.name == "kd" ? 1 : info.name == "velocity_scale" ? -1 : 0;
+    v.velocity_gain = v.gain_over_layer || info.name.starts_with("kd") ? 1 : info.name == "velocity_scale" ? -1 : 0;
     out.push_back(v);
   };
   for (const auto& info : control::law_info(start.law).parameters) add(info);
@@ -198,22 +198,9 @@ void run_search(Search& search) {
   optimize(local, u, value, search);
 }
 
-/// Numbers of the machine by which a learned law measures.
-void set_scales(ControllerDesign& d, const DesignOptions& options) {
-  const double omega = d.model.natural_frequency(), length = std::max(0.1 * std::abs(d.model.eps), 5e-6);
-  const auto put = [&](const char* name, double value) {
-    if (!options.fixed.count(name)) d.parameters[name] = value;
-  };
-  put("position_scale", length);
-  put("velocity_scale", length * omega);
-  put("control_scale", length * omega * omega);
-  put("speed_scale", omega);
-}
-
 /// Training of a law with weights on random machines of the model: the start of the search.
 void train_weights(Search& search, const IdentifiedModel& model) {
   const DesignOptions& o = *search.options;
-  set_scales(search.design, o);
   const std::vector<Variable> variables = variables_of(search.design, o, true);
   std::vector<double> start;
   for (const Variable& v : variables) start.push_back(v.unit(v.start));
@@ -354,7 +341,13 @@ ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignO
   add_structure(d, options.hardware.modes);
   const control::EstimatorEntry& estimator = control::estimator_entry(options.estimator);
   d.parameters["predict"] = estimator.model_based ? 1 : 0;
-  for (const auto& [name, value] : control::law_entry(options.law).design_values) d.parameters[name] = value;
+  const control::LawEntry& law = control::law_entry(options.law);
+  for (const auto& [name, value] : law.design_values) d.parameters[name] = value;
+  if (law.measures != nullptr) {
+    const rotor::SpeedProfile& profile = options.hardware.profile;
+    const double top = std::max(std::abs(profile.omega_start), std::abs(profile.omega_end));
+    for (const auto& [name, value] : law.measures(d, top)) d.parameters[name] = value;
+  }
   const control::Runout runout = options.runout ? *options.runout : identified_runout(identified);
   if (!runout.empty()) d.parameters.merge(control::runout_parameters(runout));
   if (estimator.knows_noise) {

@@ -11,7 +11,8 @@
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/pages/run_json.hpp"
-#include "whirl/pages/text/design.hpp"
+#include "whirl/pages/text/sliding.hpp"
+#include "whirl/report/write_figure.hpp"
 #include "whirl/rig/rig_file.hpp"
 #include "whirl/tuning/sliding.hpp"
 
@@ -26,7 +27,8 @@ struct RunOptions {
   bool run_up = false;
   RunIoOptions io;
   RunFmuOptions fmu;
-  std::string sliding;
+  std::string sliding, sliding_figure;
+  bool wants_sliding() const { return !sliding.empty() || !sliding_figure.empty(); }
   bool monitor = false, repeat = false, off_nominal = false;
   ViewOptions view;
 };
@@ -64,11 +66,13 @@ void run_simulated(Session& session, const RunOptions& o, const ControllerDesign
         m.closed.all > kAnother * stated->second ? ": this machine is not the one the controller was designed for"
                                                  : ""));
   }
-  if (!o.sliding.empty()) {
+  if (o.wants_sliding()) {
     const std::optional<tuning::SlidingStudy> study = tuning::sliding_study(design, run.log);
     if (!study) throw Error("--sliding: law '" + design.law + "' has no switching gain with a layer: nothing to check");
-    io::write_text(o.sliding, pages::sliding_csv(*study));
+    if (!o.sliding.empty()) io::write_text(o.sliding, pages::sliding_csv(*study));
+    if (!o.sliding_figure.empty()) report::write_figure(pages::sliding_figure(*study), o.sliding_figure);
     session.say(report::to_text(pages::sliding_table(*study)));
+    json.set("sliding", pages::to_json(*study));
     if (const std::optional<Finding> missed = study->missed()) summary.add(*missed);
   }
   session.result(json.set("summary", to_json(summary)));
@@ -136,6 +140,9 @@ void add_run(CommandLine& app, Session& session) {
   sub->add_option("--sliding", o->sliding,
                   "CSV of S, V = S^2/2, dV/dt and their bound (paper, eqs. 28 to 42); fails where eq. 42 does not hold")
       ->output("text");
+  sub->add_option("--sliding-figure", o->sliding_figure,
+                  "the same as a figure: S, disturbance, V, dV/dt (.svg, .png, .pdf, .csv)")
+      ->output();
   sub->add_option("--log", o->log, "CSV of every tick: true and measured motion, forces, sliding variables")
       ->output("record");
 }

@@ -31,7 +31,7 @@ std::vector<ParameterInfo> weights() {
   return out;
 }
 
-std::vector<ParameterInfo> parameters() {
+std::vector<ParameterInfo> learned_parameters() {
   std::vector<ParameterInfo> out{kKp,
                                  kKd,
                                  kPerTime,
@@ -44,7 +44,7 @@ std::vector<ParameterInfo> parameters() {
   return out;
 }
 
-AnyLaw make(const ControllerDesign& d, const Parameters& v) {
+AnyLaw make_learned(const ControllerDesign& d, const Parameters& v) {
   LearnedFeedback axis{.kp = v.at("kp"),
                        .kd = v.at("kd"),
                        .position = v.at("position_scale"),
@@ -65,6 +65,15 @@ AnyLaw make(const ControllerDesign& d, const Parameters& v) {
   return LearnedPolicy{axis, axis, LearnedSynchronous(s)};
 }
 
+/// A tenth of the eccentricity, at the critical speed.
+Parameters learned_measures(const ControllerDesign& d, double) {
+  const double omega = d.model.natural_frequency(), length = std::max(0.1 * std::abs(d.model.eps), 5e-6);
+  return {{"position_scale", length},
+          {"velocity_scale", length * omega},
+          {"control_scale", length * omega * omega},
+          {"speed_scale", omega}};
+}
+
 }  // namespace
 
 std::complex<double> LearnedSynchronous::step(std::complex<double> z, double beta, double omega,
@@ -83,17 +92,18 @@ LawEntry learned_law() {
   std::vector<std::string> names;
   for (const ParameterInfo& w : weights()) names.push_back(w.name);
   return {
-      .info = {"learned", "policy learned on random machines", "sep-CMA-ES: Ros, Hansen 2008", parameters()},
+      .info = {"learned", "policy learned on random machines", "sep-CMA-ES: Ros, Hansen 2008", learned_parameters()},
       .equation =
           "     a = -kp x - kd v - A sum w tanh(p x/L + q v/V) - d, and the canceller of the synchronous motion "
           "below,\n   its gain a tanh layer of the speed; weights found by trial on random machines",
       .latex = equations({R"(a = -k_p x - k_d v - A \sum_i w_i \tanh(p_i x/L + q_i v/V) - d + q F)",
                           R"(\dot q = -\mu z e^{-i\beta} \left(g_0 + \sum_i g_i \tanh(a_i \omega/W + b_i)\right))"}),
-      .make = make,
+      .make = make_learned,
       .code = [](const Parameters&) { return CodeFragment{"learned"}; },
       .model_free = true,
       .cancels_synchronous = true,
-      .weights = names};
+      .weights = names,
+      .measures = learned_measures};
 }
 
 }  // namespace whirl::control

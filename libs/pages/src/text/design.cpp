@@ -109,35 +109,6 @@ report::Table requirements_table(const ControllerDesign& design) {
   return t;
 }
 
-report::Table sliding_table(const tuning::SlidingStudy& study) {
-  report::Table t;
-  t.caption = "Argument by V = S^2/2 along the run (paper, eqs. 28 to 42)";
-  t.columns = {{"requirement", "", report::Align::left}, {"value", ""}, {"limit", ""}, {"met", ""}};
-  const bool holds = !study.missed();
-  const auto seconds = [](double s) { return std::isfinite(s) ? fmt::format("{:.3g} s", s) : std::string("none"); };
-  t.add({"disturbance, largest of the run", fmt::format("{:.3g} m/s^2", study.largest_disturbance),
-         fmt::format("below {:.3g} m/s^2, the switching gain", study.switching_gain), met(holds)});
-  t.add({"time with the disturbance above the switching gain", fmt::format("{:.2f} %", 100 * study.share_above), "0 %",
-         met(study.share_above == 0)});
-  if (holds) {
-    t.add({"time outside the layer with dV/dt above its bound", fmt::format("{:.2f} %", 100 * study.share_outside),
-           "0 %", met(study.share_outside == 0)});
-    t.add({"|S| stays below", fmt::format("{:.3g} m/s", study.layer), "", ""});
-    t.add({"time to reach it", seconds(study.reached), "at most " + seconds(study.reach_bound),
-           met(study.reached <= study.reach_bound)});
-  }
-  return t;
-}
-
-std::string sliding_csv(const tuning::SlidingStudy& s) {
-  std::string out = "t_s,s_x_m_s,s_y_m_s,disturbance_x_m_s2,disturbance_y_m_s2,V_m2_s2,dV_dt_m2_s3,dV_dt_bound_m2_s3\n";
-  for (std::size_t k = 0; k < s.time.size(); ++k) {
-    fmt::format_to(std::back_inserter(out), "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", s.time[k],
-                   s.s[0][k], s.s[1][k], s.disturbance[0][k], s.disturbance[1][k], s.v[k], s.v_rate[k], s.bound[k]);
-  }
-  return out;
-}
-
 report::Table parameters_table(const ControllerDesign& design) {
   report::Table t;
   t.caption = "Tuned numbers";

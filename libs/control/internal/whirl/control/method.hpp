@@ -51,6 +51,8 @@ struct LawEntry {
   /// Parameters whose number the design itself states, from those that are given.
   std::vector<ParameterInfo> (*entries)(const Parameters& given) = nullptr;
   std::vector<std::string> (*remarks)(const Parameters&) = nullptr;  ///< advice that is no error
+  /// Numbers of the machine by which the law measures, for `design`: from its model and the top speed, rad/s.
+  Parameters (*measures)(const ControllerDesign&, double top_speed) = nullptr;
   bool own = false;  ///< a law that the user wrote: nothing of it is tuned or compared
 };
 

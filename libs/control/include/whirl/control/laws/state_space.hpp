@@ -31,11 +31,13 @@ class LinearLaw {
   LinearLaw() = default;
   LinearLaw(const LinearAxis& x, const LinearAxis& y) noexcept : x_(x), y_(y) {}
   /// Displacement and velocity at the time at which the force acts; the acceleration without feedforward.
-  std::complex<double> step(std::complex<double> z, std::complex<double> v) noexcept {
+  std::complex<double> step(std::complex<double> z, std::complex<double> v, double /*omega*/ = 0) noexcept {
     const LinearAxis::Inputs u{z.real(), z.imag(), v.real(), v.imag()};
     return {x_.step(u), y_.step(u)};
   }
   void reset() noexcept { x_.reset(), y_.reset(); }
+  const LinearAxis& x() const noexcept { return x_; }
+  const LinearAxis& y() const noexcept { return y_; }
 
  private:
   LinearAxis x_, y_;

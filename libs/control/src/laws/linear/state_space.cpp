@@ -6,39 +6,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "parameters.hpp"
+#include "laws/linear/linear_entries.hpp"
+#include "laws/parameters.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::control {
 namespace {
 
-constexpr double kMost = 1e15, kPerVelocity = -60;
-constexpr const char* kAxes[] = {"x", "y"};
-
-int order_of(const Parameters& v, const std::string& axis) {
-  const auto found = v.find(axis + "_order");
-  return found == v.end() ? 0 : static_cast<int>(std::clamp(found->second, 0.0, double{LinearAxis::kOrder}));
-}
-
-/// Calls with name, unit and meaning of every entry of one axis, and where it goes: A, B, C, D row by row.
-template <class Visit>
-void visit_entries(const std::string& axis, int order, const Visit& visit) {
-  for (int i = 1; i <= order; ++i) {
-    for (int j = 1; j <= order; ++j) visit(fmt::format("{}_a_{}_{}", axis, i, j), "1", 'a', i - 1, j - 1);
-    for (int k = 1; k <= LinearAxis::kInputs; ++k)
-      visit(fmt::format("{}_b_{}_{}", axis, i, k), k < 3 ? "1/m" : "s/m", 'b', i - 1, k - 1);
-    visit(fmt::format("{}_c_{}", axis, i), "m/s^2", 'c', 0, i - 1);
-  }
-  for (int k = 1; k <= LinearAxis::kInputs; ++k)
-    visit(fmt::format("{}_d_{}", axis, k), k < 3 ? "1/s^2" : "1/s", 'd', 0, k - 1);
-}
-
-const char* meaning_of(char part) {
-  return part == 'a'   ? "A of the user's law: state to state"
-         : part == 'b' ? "B: inputs x, y, v_x, v_y to state"
-         : part == 'c' ? "C: state to acceleration"
-                       : "D: inputs to acceleration";
-}
+constexpr double kPerVelocity = -60;
 
 /// Without a file it is a damper.
 double fallback_of(const std::string& name) { return name == "x_d_3" || name == "y_d_4" ? kPerVelocity : 0; }
@@ -47,18 +22,10 @@ std::vector<ParameterInfo> entries(const Parameters& given) {
   std::vector<ParameterInfo> out;
   for (const std::string axis : kAxes) {
     visit_entries(axis, order_of(given, axis), [&](const std::string& name, const char* unit, char part, int, int) {
-      out.push_back({name, unit, meaning_of(part), fallback_of(name), -kMost, kMost, 0, 0});
+      out.push_back({name, unit, meaning_of(part), fallback_of(name), -kMostEntry, kMostEntry, 0, 0});
     });
   }
   return out;
-}
-
-template <class Axis>
-auto& entry_of(Axis& law, char part, int row, int column) {
-  const auto at = [](int index) { return static_cast<std::size_t>(index); };
-  if (part == 'a') return law.a[at(row * LinearAxis::kOrder + column)];
-  if (part == 'b') return law.b[at(row * LinearAxis::kInputs + column)];
-  return part == 'c' ? law.c[at(column)] : law.d[at(column)];
 }
 
 LinearAxis axis_of(const Parameters& v, const std::string& axis) {
@@ -70,7 +37,7 @@ LinearAxis axis_of(const Parameters& v, const std::string& axis) {
   return out;
 }
 
-AnyLaw make(const ControllerDesign& d, const Parameters& v) {
+AnyLaw make_linear(const ControllerDesign& d, const Parameters& v) {
   if (const double h = v.at("law_sample_time"); h > 0 && std::abs(h / d.sample_time - 1) > 1e-9) {
     throw Error::in_field("sample_time", fmt::format("{:g} s", d.sample_time),
                           fmt::format("that of the law, law_sample_time {:g} s", h));
@@ -79,7 +46,7 @@ AnyLaw make(const ControllerDesign& d, const Parameters& v) {
 }
 
 /// Names a law that grows by itself; the loop around it may hold nevertheless.
-std::vector<std::string> remarks(const Parameters& v) {
+std::vector<std::string> linear_remarks(const Parameters& v) {
   std::vector<std::string> out;
   for (const std::string axis : kAxes) {
     const LinearAxis law = axis_of(v, axis);
@@ -95,8 +62,7 @@ std::vector<std::string> remarks(const Parameters& v) {
   return out;
 }
 
-/// In the exported C what is zero is left out: its structure is that of the law.
-std::vector<std::pair<ParameterInfo, double>> code_parameters(const ControllerDesign&, const Parameters& v) {
+std::vector<std::pair<ParameterInfo, double>> linear_code_parameters(const ControllerDesign&, const Parameters& v) {
   std::vector<std::pair<ParameterInfo, double>> out;
   for (const ParameterInfo& info : entries(v)) {
     if (v.at(info.name) != 0) out.emplace_back(info, v.at(info.name));
@@ -104,7 +70,9 @@ std::vector<std::pair<ParameterInfo, double>> code_parameters(const ControllerDe
   return out;
 }
 
-CodeFragment code(const Parameters& v) {
+}  // namespace
+
+CodeFragment linear_code(const Parameters& v) {
   CodeFragment out{"state_space"};
   for (const std::string axis : kAxes) {
     const int order = order_of(v, axis);
@@ -123,8 +91,6 @@ CodeFragment code(const Parameters& v) {
   }
   return out;
 }
-
-}  // namespace
 
 double LinearAxis::step(const Inputs& u) noexcept {
   std::array<double, kOrder> next{};
@@ -162,12 +128,12 @@ LawEntry state_space_law() {
                     {"law_sample_time", "s", "sample time that A, B, C, D hold for; 0: any", 0, 0, 1, 0, 0}}},
           .equation = "     q+ = A q + B u,  a = C q + D u - d,  u = (x, y, v_x, v_y): a law that the user wrote",
           .latex = equations({R"(q_{k+1} = A q_k + B u_k)", R"(a = C q_k + D u_k - d)", R"(u = (x, y, v_x, v_y))"}),
-          .make = make,
-          .code = code,
+          .make = make_linear,
+          .code = linear_code,
           .model_free = true,
-          .code_parameters = code_parameters,
+          .code_parameters = linear_code_parameters,
           .entries = entries,
-          .remarks = remarks,
+          .remarks = linear_remarks,
           .own = true};
 }
 
