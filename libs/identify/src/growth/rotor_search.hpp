@@ -1,5 +1,6 @@
 #pragma once
 #include <cmath>
+#include <optional>
 
 #include "growth/rotor_candidates.hpp"
 #include "rules/chi_square.hpp"
@@ -42,6 +43,18 @@ class RotorSearch {
     Start with;           // the fit with that one
   };
 
+  struct Tried {
+    TermId term;
+    Growth with;
+    double chi_square = 0, surprise = 0;
+    Start found = {};
+  };
+  struct Trials {
+    std::vector<Tried> tried = {};
+    std::optional<OutputErrorFit> best = {};
+    std::size_t chosen = 0;  // the one that `best` is of
+  };
+
   // Fits.
   OutputErrorFit fit(const Growth& g) const { return fit(g, eps_); }
   OutputErrorFit fit(const Growth& g, const std::vector<Complex>& start_eps) const;
@@ -49,6 +62,7 @@ class RotorSearch {
   OutputErrorFit fit_from_either(const Growth& g, const Start& before) const;
   OutputErrorFit fit_about_instant(Growth g, const ScoreCandidate& candidate);
   double gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const;
+  double plausible_gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const;
   void settle();
   void keep_grid();
   void refine_grid();
@@ -56,11 +70,16 @@ class RotorSearch {
   // Evidence for what is missing.
   ScoreTest test();
   ScoreTest test_on_weak_rows();
+  std::optional<ScoreCandidate> best_instant(const TermEntry& entry, std::vector<double> instants) const;
   void find_instants(ScoreTest& test);
   void warn_of_missing(const ScoreTest& test);
 
   // Steps of the search.
   bool step();
+  Trials try_each(const std::vector<TermId>& terms, const ScoreTest& score);
+  void try_at_one_instant(Trials& trials);
+  void take(Trials& trials, std::size_t k, OutputErrorFit&& trial) const;
+  void take_up(Trials&& trials);
   void try_bow();
   void count(const OutputErrorFit& trial, const Growth& growth);
   bool spent() const;
@@ -98,6 +117,8 @@ class RotorSearch {
 /// Likelihood ratio of models that are told apart (three sigma).
 inline constexpr double kToldApart = 9;
 
+/// Forces of that kind begin at an instant as the weak equations say.
+void begin_at(std::vector<RotorTerm>& terms, const ScoreCandidate& found, double instant);
 /// What a fit cost, in steps of a fit with no more forces than a rotor has and one Runge-Kutta step a sample.
 double price(const OutputErrorFit& fit, const Growth& growth);
 /// Whether a fit ended by its limit of steps.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "growth/rotor_search.hpp"
+#include "growth/term_sizes.hpp"
 
 /// Fits of a growing model.
 namespace whirl::identification::detail {
@@ -124,6 +125,10 @@ OutputErrorFit RotorSearch::fit_about_instant(Growth g, const ScoreCandidate& ca
 /// Likelihood ratio of two fits, in the metric of the residual that the larger one leaves.
 double RotorSearch::gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const {
   return values_ * (smaller.summary.chi_square - larger.summary.chi_square) / std::max(1.0, larger.summary.chi_square);
+}
+/// Likelihood ratio less what the sizes of terms speak against the larger model.
+double RotorSearch::plausible_gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const {
+  return gain(smaller, larger) - surprise(larger) + surprise(smaller);
 }
 /// The next fit starts where this one ended.
 void RotorSearch::settle() {
