@@ -8,22 +8,12 @@
 #include <numbers>
 
 #include "evidence/verdict.hpp"
+#include "growth/term_sizes.hpp"
 #include "problem/rotor_equations.hpp"
 #include "rules/chi_square.hpp"
 
 namespace whirl::identification::detail {
 namespace {
-
-/// Sizes of the motion and of the rotor that the priors refer to.
-TermScale scale_of(const RotorModel& rotor, const OutputErrorFit& fit) {
-  TermScale s{.k1 = rotor.k1, .k2 = rotor.k2, .c = std::abs(rotor.c)};
-  for (const OutputErrorRecord& r : fit.records) {
-    s.peak = std::max(s.peak, r.main.cwiseAbs().maxCoeff());
-    s.top_speed = std::max(s.top_speed, r.angle.omega.cwiseAbs().maxCoeff());
-    s.seconds = std::max(s.seconds, 0.5 * r.angle.dt * static_cast<double>(r.angle.beta.size()));
-  }
-  return s;
-}
 
 /// One model with one more term, of either sign.
 struct Omitted {
@@ -120,29 +110,17 @@ void state(const Omitted& o, double scale, const NamedEstimates& before, RotorId
 void judge_sizes(const RotorIdentification& result, Summary& summary) {
   constexpr double kMost = 6;
   const OutputErrorFit& fit = result.fit;
-  TermScale scale = scale_of(fit.model, fit);
   const bool explained = std::max(result.chi_square_weak, fit.summary.chi_square) < rules::kModelError;
-  const double unstable = unstable_from(fit.model, fit.terms, scale.top_speed);
-  // k1 and c of the rotor hold at the start of a drift and at rest; sizes are those in the middle.
-  double c = fit.model.c;
-  for (const RotorTerm& t : fit.terms) {
-    if (!t.entry->moves_middle) continue;
-    const TermForce f = term_force(t, {.w = 0.5 * scale.top_speed, .time = t.reference + 0.5 * scale.seconds});
-    scale.k1 -= t.value * f.x_x;
-    c -= t.value * f.x_vx;
-  }
-  scale.c = std::abs(c);
-  for (const RotorTerm& t : fit.terms) {
-    const TermEntry& entry = *t.entry;
+  const double unstable = unstable_from(fit.model, fit.terms, scale_of(fit.model, fit).top_speed);
+  for (const TermSize& s : sizes_of(fit)) {
     // A whirl that is seen to grow by itself shows the size of what drives it.
-    if (entry.usual == nullptr || (explained && std::isfinite(unstable) && entry.drives_whirl)) continue;
-    const double usual = std::abs(entry.usual(scale));
-    if (!(usual > 0) || std::abs(t.value) <= kMost * usual) continue;
-    summary.add({FindingCode::term_too_large,
-                 Consequence::no_trust,
-                 {{"value", t.value, std::string(t.unit())}, {"ratio", std::abs(t.value) / usual}},
-                 fmt::format("{} ({} = {:.3g}{}{})", entry.label, t.parameter(), t.value, t.unit().empty() ? "" : " ",
-                             t.unit())});
+    if (s.ratio() <= kMost || (explained && std::isfinite(unstable) && s.entry->drives_whirl)) continue;
+    const std::string unit(s.unit);
+    summary.add(
+        {FindingCode::term_too_large,
+         Consequence::no_trust,
+         {{"value", s.value, unit}, {"ratio", s.ratio()}},
+         fmt::format("{} ({} = {:.3g}{}{})", s.entry->label, s.parameter, s.value, unit.empty() ? "" : " ", unit)});
   }
 }
 

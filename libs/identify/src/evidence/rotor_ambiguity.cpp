@@ -272,6 +272,11 @@ void spread_phase(IdentifiedModel& model, double sd) {
 
 }  // namespace
 
+void hold_other_kind(IdentifiedModel& model, const IdentifiedModel& other, std::string readings, Decider decider) {
+  model.ambiguities.push_back({std::move(readings), difference(model, other), std::string(to_string(decider))});
+  widen(model, other);
+}
+
 void forget_phase(RotorIdentification& result) {
   constexpr double kAny = std::numbers::pi;
   IdentifiedModel& model = result.model;

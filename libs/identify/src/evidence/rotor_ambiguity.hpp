@@ -13,6 +13,9 @@ void read_as_runout(OutputErrorFit& fit);
 /// `scale`: of the covariances.
 void carry_ambiguities(const GrownRotor& grown, double scale, RotorIdentification& result);
 
+/// A model of another kind that explains the records as well: the intervals of k1, k2, c and e hold both.
+void hold_other_kind(IdentifiedModel& model, const IdentifiedModel& other, std::string readings, Decider decider);
+
 /// Without a measured angle the phase of e is any; intervals, covariance and assumptions say so.
 void forget_phase(RotorIdentification& result);
 /// The phase of e is known to half a step of the angle readings: a counter that rounds down reads half a step less than

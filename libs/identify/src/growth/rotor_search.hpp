@@ -1,6 +1,8 @@
 #pragma once
 #include <cmath>
+#include <optional>
 
+#include "growth/fit_memo.hpp"
 #include "growth/rotor_candidates.hpp"
 #include "rules/chi_square.hpp"
 
@@ -17,12 +19,14 @@ enum class Beside {
 
 /// Output-error fit from the start given, then the forward score test: the most significant candidate is taken up and
 /// all is refined and simulated again, until none reaches the threshold. A term that the trajectory does not confirm by
-/// a likelihood ratio of the same size is refused. When the first fit fails its summary says why.
+/// a likelihood ratio of the same size is refused. When the first fit fails its summary says why. `memo`: shared by
+/// searches of the same records; it must live as long.
 class RotorSearch {
  public:
   RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
               std::vector<std::complex<double>> start_eps, const OutputErrorOptions& active,
-              const RotorIdentifyOptions& options, Beside beside = Beside::nothing, double delay = 0);
+              const RotorIdentifyOptions& options, Beside beside = Beside::nothing, double delay = 0,
+              FitMemo* memo = nullptr);
 
   bool usable() const { return fit_.summary.status != Status::unusable; }
   /// Chi-square of the weak equations or of the trajectory, the larger; infinite where there is no model.
@@ -42,6 +46,18 @@ class RotorSearch {
     Start with;           // the fit with that one
   };
 
+  struct Tried {
+    TermId term;
+    Growth with;
+    double chi_square = 0, surprise = 0;
+    Start found = {};
+  };
+  struct Trials {
+    std::vector<Tried> tried = {};
+    std::optional<OutputErrorFit> best = {};
+    std::size_t chosen = 0;  // the one that `best` is of
+  };
+
   // Fits.
   OutputErrorFit fit(const Growth& g) const { return fit(g, eps_); }
   OutputErrorFit fit(const Growth& g, const std::vector<Complex>& start_eps) const;
@@ -49,6 +65,7 @@ class RotorSearch {
   OutputErrorFit fit_from_either(const Growth& g, const Start& before) const;
   OutputErrorFit fit_about_instant(Growth g, const ScoreCandidate& candidate);
   double gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const;
+  double plausible_gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const;
   void settle();
   void keep_grid();
   void refine_grid();
@@ -56,11 +73,16 @@ class RotorSearch {
   // Evidence for what is missing.
   ScoreTest test();
   ScoreTest test_on_weak_rows();
+  std::optional<ScoreCandidate> best_instant(const TermEntry& entry, std::vector<double> instants) const;
   void find_instants(ScoreTest& test);
   void warn_of_missing(const ScoreTest& test);
 
   // Steps of the search.
   bool step();
+  Trials try_each(const std::vector<TermId>& terms, const ScoreTest& score);
+  void try_at_one_instant(Trials& trials);
+  void take(Trials& trials, std::size_t k, OutputErrorFit&& trial) const;
+  void take_up(Trials&& trials);
   void try_bow();
   void count(const OutputErrorFit& trial, const Growth& growth);
   bool spent() const;
@@ -76,6 +98,7 @@ class RotorSearch {
 
   const std::vector<RotorRecord>& records_;
   const RotorIdentifyOptions& options_;
+  FitMemo* memo_;     // of searches of the same records; null: none
   const bool rare_;   // rare terms are tried as the others are
   const bool given_;  // the model stays as it is given
   const bool modes_;  // modes of any frequency are among the candidates
@@ -98,6 +121,8 @@ class RotorSearch {
 /// Likelihood ratio of models that are told apart (three sigma).
 inline constexpr double kToldApart = 9;
 
+/// Forces of that kind begin at an instant as the weak equations say.
+void begin_at(std::vector<RotorTerm>& terms, const ScoreCandidate& found, double instant);
 /// What a fit cost, in steps of a fit with no more forces than a rotor has and one Runge-Kutta step a sample.
 double price(const OutputErrorFit& fit, const Growth& growth);
 /// Whether a fit ended by its limit of steps.

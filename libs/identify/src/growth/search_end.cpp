@@ -71,7 +71,7 @@ void RotorSearch::prune() {
     if (less) without = fit_from_either(*less, at->before);
     if (less) count(without, *less);
     if (!less || without.summary.status == Status::unusable ||
-        gain(without, fit_) >= threshold_of(*at->term.entry, options_.score_threshold)) {
+        plausible_gain(without, fit_) >= threshold_of(*at->term.entry, options_.score_threshold)) {
       ++at;
       continue;
     }
@@ -97,7 +97,7 @@ void RotorSearch::find_others() {
     if (!less) continue;
     OutputErrorFit replaced = fit_from_either(with_term(*less, other, options_.refine_poles), with);
     count(replaced, growth_);
-    if (replaced.summary.status != Status::unusable && gain(replaced, fit_) < kToldApart)
+    if (replaced.summary.status != Status::unusable && plausible_gain(replaced, fit_) < kToldApart)
       grown_.others.push_back({label(taken, growth_), label(other, growth_),
                                std::min(taken.entry->decider, other.entry->decider), std::move(replaced)});
   }
@@ -108,7 +108,7 @@ void RotorSearch::find_others() {
     const Growth with = with_term(growth_, {c.term, c.place}, options_.refine_poles);
     if (too_many(with)) continue;
     OutputErrorFit more = fit(with);
-    if (more.summary.status != Status::unusable && gain(fit_, more) >= kToldApart)
+    if (more.summary.status != Status::unusable && plausible_gain(fit_, more) >= kToldApart)
       grown_.others.push_back({"", std::string(c.term->label), c.term->decider, std::move(more)});
   }
 }

@@ -29,6 +29,14 @@ std::vector<std::size_t> open_of(const std::vector<Candidate>& candidates, std::
 
 }  // namespace
 
+void begin_at(std::vector<RotorTerm>& terms, const ScoreCandidate& found, double instant) {
+  for (RotorTerm& t : terms) {
+    if (!t.is(*found.term)) continue;
+    t.reference = instant;
+    t.value = found.coefficient[static_cast<Eigen::Index>(t.part)];
+  }
+}
+
 ScoreTest RotorSearch::test() {
   ScoreTest test = records_.front().quantity == Quantity::displacement
                        ? test_on_weak_rows()
@@ -54,6 +62,20 @@ ScoreTest RotorSearch::test_on_weak_rows() {
   }
   return test;
 }
+/// The instant of the highest score of a force that begins at one, among those given; its place counts them.
+std::optional<ScoreCandidate> RotorSearch::best_instant(const TermEntry& entry, std::vector<double> instants) const {
+  ScoreTestOptions alone;
+  alone.half_width = score_.half_width;
+  alone.delay = false;
+  alone.runout_harmonics = 0;
+  alone.forces = score_.forces;
+  alone.instants = std::move(instants);
+  std::ranges::copy_if(growth_.terms, std::back_inserter(alone.terms), [&](const RotorTerm& t) { return t.is(entry); });
+  for (ScoreCandidate& c : score_rotor_terms(records_, fit_, growth_.active, alone).candidates)
+    if (c.term == &entry) return std::move(c);  // by falling score
+  return std::nullopt;
+}
+
 /// Forces that begin at one instant: the instant of the highest score, over the record and then ever nearer about it,
 /// and with it the start of a fit, as candidates of the test.
 void RotorSearch::find_instants(ScoreTest& test) {
@@ -66,24 +88,17 @@ void RotorSearch::find_instants(ScoreTest& test) {
   }
   for (const TermEntry* entry : term_catalogue()) {
     if (entry->by_reference == nullptr) continue;
-    ScoreTestOptions alone;
-    alone.half_width = score_.half_width;
-    alone.delay = false;
-    alone.runout_harmonics = 0;
-    alone.forces = score_.forces;
-    std::ranges::copy_if(growth_.terms, std::back_inserter(alone.terms),
-                         [&](const RotorTerm& t) { return t.is(*entry); });
     double from = first, to = last;
     std::optional<ScoreCandidate> best;
     double instant = 0;
     for (int round = 0; round <= kRounds; ++round) {
       const int count = round == 0 ? kCoarse : kFine;
-      alone.instants.clear();
-      for (int k = 1; k <= count; ++k) alone.instants.push_back(from + (to - from) * k / (count + 1));
-      for (const ScoreCandidate& c : score_rotor_terms(records_, fit_, growth_.active, alone).candidates) {
-        if (c.term != entry || (best && c.score <= best->score)) continue;
-        best = c;
-        instant = alone.instants[static_cast<std::size_t>(c.place - 1)];
+      std::vector<double> instants;
+      for (int k = 1; k <= count; ++k) instants.push_back(from + (to - from) * k / (count + 1));
+      std::optional<ScoreCandidate> found = best_instant(*entry, instants);
+      if (found && !(best && found->score <= best->score)) {
+        best = std::move(found);
+        instant = instants[static_cast<std::size_t>(best->place - 1)];
       }
       if (!best) break;
       const double step = (to - from) / (count + 1);
@@ -91,11 +106,7 @@ void RotorSearch::find_instants(ScoreTest& test) {
     }
     if (!best) continue;
     best->place = 0;
-    for (RotorTerm& t : growth_.terms) {
-      if (!t.is(*entry)) continue;
-      t.reference = instant;
-      t.value = best->coefficient[static_cast<Eigen::Index>(t.part)];
-    }
+    begin_at(growth_.terms, *best, instant);
     test.candidates.push_back(*std::move(best));
   }
   std::ranges::sort(test.candidates, std::ranges::greater(), &ScoreCandidate::score);

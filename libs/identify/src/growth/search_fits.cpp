@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "growth/rotor_search.hpp"
+#include "growth/term_sizes.hpp"
 
 /// Fits of a growing model.
 namespace whirl::identification::detail {
@@ -45,7 +46,11 @@ bool ran_out(const OutputErrorFit& fit, const Growth& growth) {
 }
 
 OutputErrorFit RotorSearch::fit(const Growth& g, const std::vector<Complex>& start_eps) const {
+  const bool plain = g.forces.empty() && !g.bow;  // what a memo knows
+  if (plain && memo_ != nullptr)
+    if (const OutputErrorFit* made = memo_->find(g, start_eps)) return *made;
   OutputErrorFit found = fit_with_forces(records_, g.start, g.active, start_eps, g.delay, g.forces);
+  if (plain && memo_ != nullptr) memo_->keep(g, start_eps, found);
   // The force of a bow follows from what is found: c and the bow change it by little.
   for (int pass = 0; g.bow && pass < 2 && found.summary.status != Status::unusable; ++pass) {
     OutputErrorOptions active = g.active;
@@ -124,6 +129,10 @@ OutputErrorFit RotorSearch::fit_about_instant(Growth g, const ScoreCandidate& ca
 /// Likelihood ratio of two fits, in the metric of the residual that the larger one leaves.
 double RotorSearch::gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const {
   return values_ * (smaller.summary.chi_square - larger.summary.chi_square) / std::max(1.0, larger.summary.chi_square);
+}
+/// Likelihood ratio less what the sizes of terms speak against the larger model.
+double RotorSearch::plausible_gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const {
+  return gain(smaller, larger) - surprise(larger) + surprise(smaller);
 }
 /// The next fit starts where this one ended.
 void RotorSearch::settle() {

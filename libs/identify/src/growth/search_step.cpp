@@ -1,9 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "growth/rotor_search.hpp"
+#include "growth/term_sizes.hpp"
 #include "rules/chi_square.hpp"
 #include "terms/catalogue.hpp"
 
@@ -16,6 +19,11 @@ constexpr std::size_t kMostForces = 10;   // and all that a fit takes
 constexpr double kNear = 40;              // likelihood ratio: tried again with the final model
 constexpr std::size_t kLikely = 2;        // candidates of the highest scores: fitted to the end
 constexpr std::size_t kMostSearched = 4;  // modes taken up before the search of unlisted ones ends
+
+/// Of a force that begins at one.
+double instant_of(const Start& found, const TermEntry& entry) {
+  return std::ranges::find_if(found.terms, [&](const RotorTerm& t) { return t.is(entry); })->reference;
+}
 
 }  // namespace
 
@@ -46,23 +54,26 @@ bool RotorSearch::step() {
   }
   const std::vector<TermId> terms =
       next_terms(score.candidates, growth_, refused_, options_.score_threshold, rare_, taken_.empty());
-  struct Tried {
-    TermId term;
-    Growth with;
-    double chi_square;
-    Start found;
-  };
-  std::vector<Tried> tried;
-  std::optional<OutputErrorFit> best;
-  std::size_t chosen = 0;
+  Trials trials = try_each(terms, score);
+  // The trajectory must confirm the weak equations.
+  if (trials.best) {
+    const TermEntry& term = *trials.tried[trials.chosen].term.entry;
+    if (plausible_gain(fit_, *trials.best) >= threshold_of(term, options_.score_threshold) &&
+        explains_enough(*trials.best)) {
+      take_up(std::move(trials));
+      return true;
+    }
+  }
+  refused_.insert(refused_.end(), terms.begin(), terms.end());
+  if (!terms.empty()) return true;
+  warn_of_missing(score);
+  return false;
+}
+
+/// A fit with each term; those of the highest scores and those that begin at one instant to the end.
+RotorSearch::Trials RotorSearch::try_each(const std::vector<TermId>& terms, const ScoreTest& score) {
+  Trials trials;
   std::vector<std::pair<std::size_t, OutputErrorFit>> slow;  // that ran out of steps; a fit holds its motions
-  const auto take = [&](std::size_t k, OutputErrorFit&& trial) {
-    tried[k].chi_square = trial.summary.chi_square;
-    tried[k].found = start_of(trial);
-    if (best && k != chosen && trial.summary.chi_square >= best->summary.chi_square) return;
-    best = std::move(trial);
-    chosen = k;
-  };
   for (const TermId& term : terms) {
     Growth with = with_term(growth_, term, options_.refine_poles);
     if (too_many(with) || spent()) continue;
@@ -72,50 +83,85 @@ bool RotorSearch::step() {
     if (trial.summary.status == Status::unusable) continue;
     // A rare term that leaves something is no better than usual ones that together leave nothing.
     if (term.entry->rare && !rare_ && !(trial.summary.chi_square < rules::kModelError)) continue;
-    tried.push_back({term, std::move(with), 0, {}});
-    const std::size_t k = tried.size() - 1;
-    if (k < kLikely && ran_out(trial, tried[k].with)) slow.emplace_back(k, trial);
-    take(k, std::move(trial));
+    trials.tried.push_back({term, std::move(with)});
+    const std::size_t k = trials.tried.size() - 1;
+    if (k < kLikely && ran_out(trial, trials.tried[k].with)) slow.emplace_back(k, trial);
+    take(trials, k, std::move(trial));
   }
+  try_at_one_instant(trials);
   for (auto& [k, trial] : slow) {
     if (spent()) break;
     // The best one goes on for what would be told apart, another one to be better than that.
-    const double least = best->summary.chi_square, apart = kToldApart * std::max(1.0, least) / values_;
-    OutputErrorFit further = fit_to_the_end(tried[k].with, std::move(trial), least - (k == chosen ? apart : 0));
-    count(further, tried[k].with);
-    take(k, std::move(further));
+    const double least = trials.best->summary.chi_square, apart = kToldApart * std::max(1.0, least) / values_;
+    const Growth& with = trials.tried[k].with;
+    OutputErrorFit further = fit_to_the_end(with, std::move(trial), least - (k == trials.chosen ? apart : 0));
+    count(further, with);
+    take(trials, k, std::move(further));
   }
-  // The trajectory must confirm the weak equations.
-  const TermId term = best ? tried[chosen].term : TermId{};
-  if (best && gain(fit_, *best) >= threshold_of(*term.entry, options_.score_threshold) && explains_enough(*best)) {
-    for (Tried& t : tried) {
-      if (label(t.term, growth_) != label(term, growth_) &&
-          values_ * (t.chi_square - best->summary.chi_square) < kNear * best->summary.chi_square)
-        near_.push_back({term, t.term, std::move(t.found)});
-    }
-    taken_.push_back({term, label(term, growth_), start_of(fit_)});
-    grown_.added.push_back(taken_.back().label);
-    grown_.mode_found |= term.entry == &terms::mode();
-    if (term.entry->one_at_a_time && growth_.mode(term.place).searched) {
-      grown_.warnings.push_back(
-          fmt::format("{} is found in these records alone: k1, c and e are those of the first mode, and those of the "
-                      "disk only where it does not tilt and its supports stay at rest; to decide: a hammer test "
-                      "(--modes)",
-                      taken_.back().label));
-    }
-    fit_ = std::move(*best);
-    growth_ = std::move(tried[chosen].with);
-    if (growth_.start.modes.size() >= kMostSearched)
-      for (CandidateMode& c : growth_.modes) c.open = c.open && !c.searched;
-    refused_.clear();
-    refine_grid();
-    if (term.entry == &terms::runout() && !growth_.bow) try_bow();
-    return true;
+  return trials;
+}
+
+/// A change has one instant, whatever changed: where a change leads, each other one is fitted at its instant, too. The
+/// weak equations of a noisy record put each where the noise looks most like it.
+void RotorSearch::try_at_one_instant(Trials& trials) {
+  if (!trials.best) return;
+  const Tried& leads = trials.tried[trials.chosen];
+  const TermEntry* leading = leads.term.entry;
+  if (leading->by_reference == nullptr) return;
+  const double instant = instant_of(leads.found, *leading);
+  for (std::size_t k = 0; k < trials.tried.size(); ++k) {
+    const Tried& other = trials.tried[k];
+    const TermEntry& entry = *other.term.entry;
+    if (entry.by_reference == nullptr || &entry == leading || spent()) continue;
+    const double half_period = std::numbers::pi / std::sqrt(other.found.model.k1);
+    if (std::abs(instant_of(other.found, entry) - instant) < half_period) continue;
+    const std::optional<ScoreCandidate> there = best_instant(entry, {instant});
+    if (!there) continue;
+    Growth with = other.with;
+    begin_at(with.active.terms, *there, instant);
+    OutputErrorFit moved = fit_about_instant(std::move(with), *there);
+    count(moved, other.with);
+    if (moved.summary.status != Status::unusable && moved.summary.chi_square < other.chi_square)
+      take(trials, k, std::move(moved));
   }
-  refused_.insert(refused_.end(), terms.begin(), terms.end());
-  if (!terms.empty()) return true;
-  warn_of_missing(score);
-  return false;
+}
+
+void RotorSearch::take(Trials& trials, std::size_t k, OutputErrorFit&& trial) const {
+  Tried& tried = trials.tried[k];
+  tried.chi_square = trial.summary.chi_square;
+  tried.surprise = surprise(trial);
+  tried.found = start_of(trial);
+  if (trials.best && k != trials.chosen && plausible_gain(trial, *trials.best) >= 0) return;
+  trials.best = std::move(trial);
+  trials.chosen = k;
+}
+
+/// The best of them is in the model from here on; those that did nearly as well are tried again with the final one.
+void RotorSearch::take_up(Trials&& trials) {
+  Tried& chosen = trials.tried[trials.chosen];
+  const TermId term = chosen.term;
+  for (Tried& t : trials.tried) {
+    const double least = trials.best->summary.chi_square, far = kNear + chosen.surprise - t.surprise;
+    if (label(t.term, growth_) != label(term, growth_) && values_ * (t.chi_square - least) < far * least)
+      near_.push_back({term, t.term, std::move(t.found)});
+  }
+  taken_.push_back({term, label(term, growth_), start_of(fit_)});
+  grown_.added.push_back(taken_.back().label);
+  grown_.mode_found |= term.entry == &terms::mode();
+  if (term.entry->one_at_a_time && growth_.mode(term.place).searched) {
+    grown_.warnings.push_back(
+        fmt::format("{} is found in these records alone: k1, c and e are those of the first mode, and those of the "
+                    "disk only where it does not tilt and its supports stay at rest; to decide: a hammer test "
+                    "(--modes)",
+                    taken_.back().label));
+  }
+  fit_ = std::move(*trials.best);
+  growth_ = std::move(chosen.with);
+  if (growth_.start.modes.size() >= kMostSearched)
+    for (CandidateMode& c : growth_.modes) c.open = c.open && !c.searched;
+  refused_.clear();
+  refine_grid();
+  if (term.entry == &terms::runout() && !growth_.bow) try_bow();
 }
 
 /// Runout of the probe's track or a bow of the shaft: they differ by the damping force i c omega b alone.

@@ -60,6 +60,8 @@ std::string_view to_string(Decider decider) {
       return "a free decay (impact) at rest and at speed, or a run over another speed range";
     case Decider::unbalance:
       return "a run with more unbalance";
+    case Decider::hammer_test:
+      return "a hammer test (--modes), or a second plane of probes";
   }
   return "?";
 }

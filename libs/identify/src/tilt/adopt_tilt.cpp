@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evidence/rotor_ambiguity.hpp"
 #include "evidence/verdict.hpp"
 #include "rules/chi_square.hpp"
 #include "whirl/core/angles.hpp"
@@ -12,12 +13,16 @@
 namespace whirl::identification::detail {
 namespace {
 
+bool explained(const RotorIdentification& found) {
+  return found.model.summary.status != Status::unusable &&
+         std::max(found.chi_square_weak, found.fit.summary.chi_square) < rules::kModelError;
+}
+
 /// Whether the plain rotor leaves something, or reads it as a mode that it had to search for.
 bool asks_for_more(const RotorIdentification& found, const RotorIdentifyOptions& options) {
   if (!options.search_modes || found.fit.records.empty()) return false;
   const bool searched = !options.modal && found.mode_found;
-  const double worst = std::max(found.chi_square_weak, found.fit.summary.chi_square);
-  return searched || found.model.summary.status == Status::unusable || !(worst <= rules::kModelError);
+  return searched || !explained(found);
 }
 
 /// The share of the likelihood that a mode found by search has to bring (identify_rotor.hpp).
@@ -72,6 +77,10 @@ RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, cons
   const double most = kNear * std::sqrt(std::min(rules::kModelError, found.fit.summary.chi_square));
   std::optional<IdentifiedModel> tilting = fit_tilt_rotor(record, found.fit.model, most);
   if (!tilting || !clearly_better(*tilting, found, record, options)) return found;
+  if (explained(found))
+    hold_other_kind(*tilting, found.model,
+                    fmt::format("a disc that tilts, or {}: both explain the record", fmt::join(found.added, " with ")),
+                    Decider::hammer_test);
   judge_tilt(record, (record.z.array() - found.fit.model.offset).abs().maxCoeff(), *tilting);
   tilting->provenance = found.model.provenance;
   found.model = std::move(*tilting);

@@ -84,7 +84,7 @@ struct TermPrior {
 };
 
 /// The measurement that decides between two terms; of two the first counts.
-enum class Decider { dc_coupling, one_clock, probes, second_run, another_rate, free_decay, unbalance };
+enum class Decider { dc_coupling, one_clock, probes, second_run, another_rate, free_decay, unbalance, hammer_test };
 std::string_view to_string(Decider decider);
 
 struct TermParameter {

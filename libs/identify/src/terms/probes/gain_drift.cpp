@@ -22,6 +22,7 @@ const TermEntry& gain_drift() {
       .rare = true,
       // Assumed, not counted: 20 to 40 K of warming at 0.05 to 0.1 % per kelvin.
       .usual = [](const TermScale& s) { return 0.02 / s.seconds; },
+      .prior = {0.1, 0.5, 0.5},
       .decider = Decider::probes,
       .hidden_decider = "let the probes warm up before the run",
   };
