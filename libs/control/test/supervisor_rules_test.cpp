@@ -11,7 +11,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kStep = 1e-3;
+constexpr double kRuleStep = 1e-3;
 constexpr Complex kTurning{0, 1};
 
 SupervisorSettings rotor_settings() {
@@ -19,7 +19,7 @@ SupervisorSettings rotor_settings() {
   s.model.k1 = 3600;  // 60 rad/s
   s.model.c = 6;      // a twentieth of critical damping
   s.eps = 1e-4;
-  s.sample_time = kStep;
+  s.sample_time = kRuleStep;
   s.level = 4e-6;
   return s;
 }
@@ -30,9 +30,9 @@ Supervision whirl_with(const SupervisorSettings& s, double omega, double part, d
   Supervisor supervisor(s);
   const Complex force = s.eps * omega * omega, stiffness(s.model.k1 - omega * omega, s.model.c * omega);
   Supervision out;
-  for (int k = 0; k < seconds / kStep; ++k) {
-    const double angle = omega * kStep * k;
-    const Complex turn = std::exp(kTurning * angle), before = std::exp(kTurning * (angle - 0.5 * omega * kStep));
+  for (int k = 0; k < seconds / kRuleStep; ++k) {
+    const double angle = omega * kRuleStep * k;
+    const Complex turn = std::exp(kTurning * angle), before = std::exp(kTurning * (angle - 0.5 * omega * kRuleStep));
     SupervisorInput in;
     in.omega = omega;
     in.turn = turn;
@@ -83,7 +83,7 @@ Growth growing(double full_from) {
   Supervisor supervisor(s);
   Growth g;
   for (int k = 0; k < 1000; ++k) {
-    const double t = kStep * k;
+    const double t = kRuleStep * k;
     SupervisorInput in;
     in.turn = std::exp(kTurning * (100 * t));
     in.omega = 100;
