@@ -108,6 +108,24 @@ Option* Option::output_prefix() {
   return this;
 }
 
+namespace {
+/// Groups of commands one under the other, without blank lines: the list stands on one screen.
+class GroupedCommands : public CLI::Formatter {
+  std::string make_subcommands(const CLI::App* app, CLI::AppFormatMode) const override {
+    std::string out, group;
+    for (const CLI::App* sub : app->get_subcommands([](const CLI::App*) { return true; })) {
+      if (sub->get_group().empty()) continue;
+      if (sub->get_group() != group) {
+        group = sub->get_group();
+        out += (out.empty() ? "\n" : "") + group + ":\n";
+      }
+      out += make_subcommand(sub);
+    }
+    return out;
+  }
+};
+}  // namespace
+
 struct CommandLine::State {
   CLI::App* app = nullptr;
   std::unique_ptr<CLI::App> owned;  // of the program
@@ -210,6 +228,7 @@ CommandLine::CommandLine(const std::string& description, const std::string& vers
   state_->app = state_->owned.get();
   state_->app->name("whirl");
   state_->app->set_version_flag("--version", version);
+  state_->app->formatter(std::make_shared<GroupedCommands>());
   state_->app->get_formatter()->column_width(34);
 }
 CommandLine::CommandLine(std::unique_ptr<State> state) : state_(std::move(state)) {}
