@@ -93,6 +93,10 @@ TEST_P(FmuExport, WhatIsNoNumberIsRefusedAndLeavesTheStateAsItWas) {
     const Importer controller = import(testing::design_of("tsmc", "kfe"));
     void* const c = controller.instantiate(false, controller.token);
     EXPECT_NE(controller.set(c, "surface_gain", NAN), 0) << "parameter";
+    const unsigned x = controller.reference.at("x"), nothing = 1000000;
+    EXPECT_EQ(controller.set(c, {x, x + 1}, {0, 0}), 0);
+    EXPECT_NE(controller.set(c, {x, nothing}, {0, 0}), 0) << "the second is no variable";
+    EXPECT_NE(controller.set(c, {nothing, x}, {0, 0}), 0);
     EXPECT_NE(controller.enter_initialization(c, NAN), 0) << "start time";
     ASSERT_EQ(controller.enter_initialization(c, 0), 0);
     ASSERT_EQ(controller.call("ExitInitializationMode", c), 0);
@@ -325,7 +329,9 @@ TEST_P(FmuExport, CoulombFrictionIsAStateEvent) {
   };
   const auto indicator = [&](const std::vector<double>& s) {
     fmu.set_states(c, s);
-    return fmu.vector(c, "GetEventIndicators", 1)[0];
+    const double value = fmu.vector(c, "GetEventIndicators", 1)[0];
+    if (fmu.reference.contains("event_1")) EXPECT_EQ(fmu.get(c, "event_1"), value);
+    return value;
   };
   std::vector<double> turns;
   while (t < 1.2 && turns.size() < 5) {

@@ -84,6 +84,14 @@ class Importer {
                        c, &r, 1, &value, 1)
                  : function<int(void*, const unsigned*, std::size_t, const double*)>("SetReal")(c, &r, 1, &value);
   }
+  /// Several at once, by their numbers.
+  int set(void* c, const std::vector<unsigned>& numbers, const std::vector<double>& values) const {
+    const std::size_t n = numbers.size();
+    return three ? function<int(void*, const unsigned*, std::size_t, const double*, std::size_t)>("SetFloat64")(
+                       c, numbers.data(), n, values.data(), n)
+                 : function<int(void*, const unsigned*, std::size_t, const double*)>("SetReal")(c, numbers.data(), n,
+                                                                                                values.data());
+  }
   double get(void* c, const std::string& name) const {
     const unsigned r = reference.at(name);
     double value = -1;
