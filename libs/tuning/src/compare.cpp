@@ -65,7 +65,8 @@ std::vector<ComparedMethod> default_methods() {
   }
   for (const char* method :
        {"pd:lpf:no-feedforward", "tsmc_paper:lpf:no-feedforward", "tsmc:red_implicit", "tsmc:eso", "tsmc:kalman",
-        "tsmc:kfo", "tsmc:kfe", "pd:kfe", "lsmc:kfe", "ftsmc:kfe", "sta_implicit:kfe", "mpc:kfe", "pd:kfo"}) {
+        "tsmc:kfo", "tsmc:kfe", "pd:kfe", "lsmc:kfe", "ftsmc:kfe", "sta_implicit:kfe", "mpc:kfe", "pd:kfo",
+        "pd_scheduled:kfe", "pd_fxlms_xy:kfe", "hinf:kfe", "lqi:kfe", "lqi:kfo"}) {
     out.push_back(parse_method(method));
   }
   return out;
