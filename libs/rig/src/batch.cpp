@@ -6,6 +6,7 @@
 #include "normal.hpp"
 #include "tables.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/rig/sensor_response.hpp"
 
 namespace whirl::rig {
 
@@ -72,6 +73,8 @@ struct BatchRig<Lanes>::State {
   std::vector<Lane> seen = std::vector<Lane>(modes.size());
   std::array<Pair, kHistory> commands{};
   std::array<Pair, kHistory> readings{};
+  SensorMemory<Lane> sensor_x, sensor_y;
+  long read_at = 0;  // step of the last reading
   Reading reading;
 
   State(const std::array<std::shared_ptr<const RigTables>, Lanes>& t, const std::array<std::uint64_t, Lanes>& seeds,
@@ -169,37 +172,68 @@ struct BatchRig<Lanes>::State {
     }
   }
 
+  // What low-pass and play of the sensors leave of a displacement, since their last reading.
+  Vector respond(int lane, SensorMemory<Lane>& kept, Vector value) noexcept {
+    SensorMemory<Vector> m{load(&kept.input.v[0] + lane), load(&kept.passed.v[0] + lane), load(&kept.read.v[0] + lane)};
+    if (captured == 0) {
+      m.start(value);
+    } else {
+      const double since = tables->angle->step * static_cast<double>(steps - read_at);
+      m.follow(SensorResponse(tables->parameters.laser, since), value, clamped);
+    }
+    store(&kept.input.v[0] + lane, m.input);
+    store(&kept.passed.v[0] + lane, m.passed);
+    store(&kept.read.v[0] + lane, m.read);
+    return m.read;
+  }
+
   // Readings of all ticks whose sensor instant is now, `sub` steps after the last tick.
   void capture(int sub) noexcept {
     const RigTables& t = *tables;
     const RigLaser& laser = t.parameters.laser;
-    Pair added;  // runout, modes driven by the unbalance, noise
-    const auto of_lane = [&](int lane) -> rotor::LateralInput<double> {
-      const auto i = static_cast<std::size_t>(lane);
-      const rotor::LateralInput<double> surface = own[i]->not_disk[static_cast<std::size_t>(captured)];
-      if (!(laser.noise > 0)) return surface;
-      Normal& normal = normals[i];
+    const bool responds = has_response(laser);
+    const auto noise_of = [&](int lane) -> rotor::LateralInput<double> {
+      Normal& normal = normals[static_cast<std::size_t>(lane)];
       const double nx = laser.noise * normal(), ny = laser.noise * normal();
-      return {surface.x + nx, surface.y + ny};
+      return {nx, ny};
     };
-    if (one_plant) {
-      const rotor::LateralInput<double> same = of_lane(0);
-      added.x.v.fill(same.x), added.y.v.fill(same.y);
-    } else {
+    const auto fill = [&](Pair& pair, const auto& of_lane) {
+      if (one_plant) {
+        const rotor::LateralInput<double> same = of_lane(0);
+        pair.x.v.fill(same.x), pair.y.v.fill(same.y);
+        return;
+      }
       for (int lane = 0; lane < Lanes; ++lane) {
         const rotor::LateralInput<double> a = of_lane(lane);
-        added.x[lane] = a.x, added.y[lane] = a.y;
+        pair.x[lane] = a.x, pair.y[lane] = a.y;
       }
-    }
+    };
+    // Runout, modes driven by the unbalance; noise, unless the response of the sensor comes between them.
+    Pair added, noise{};
+    const bool noisy = laser.noise > 0;
+    fill(added, [&](int lane) -> rotor::LateralInput<double> {
+      const rotor::LateralInput<double> surface =
+          own[static_cast<std::size_t>(lane)]->not_disk[static_cast<std::size_t>(captured)];
+      if (!noisy || responds) return surface;
+      const rotor::LateralInput<double> n = noise_of(lane);
+      return {surface.x + n.x, surface.y + n.y};
+    });
+    if (noisy && responds) fill(noise, noise_of);
     Pair& out = readings[slot(captured)];
     for (int lane = 0; lane < Lanes; lane += kWidth) {
       Vector sx = load(&x.v[0] + lane), sy = load(&y.v[0] + lane);
       add_modes(lane, sub, sx, sy);
-      sx = clamped(sx + load(&added.x.v[0] + lane), 0.5 * laser.range);
-      sy = clamped(sy + load(&added.y.v[0] + lane), 0.5 * laser.range);
+      sx += load(&added.x.v[0] + lane), sy += load(&added.y.v[0] + lane);
+      if (responds) {
+        sx = respond(lane, sensor_x, sx) + load(&noise.x.v[0] + lane);
+        sy = respond(lane, sensor_y, sy) + load(&noise.y.v[0] + lane);
+      }
+      sx = clamped(sx, 0.5 * laser.range);
+      sy = clamped(sy, 0.5 * laser.range);
       store(&out.x.v[0] + lane, t.sensor_lsb > 0 ? quantised(sx, t.sensor_lsb) : sx);
       store(&out.y.v[0] + lane, t.sensor_lsb > 0 ? quantised(sy, t.sensor_lsb) : sy);
     }
+    read_at = steps;
     const std::size_t first = slot(captured++);
     while (captured <= t.angle->ticks && t.angle->sensor_step[static_cast<std::size_t>(captured)] == steps) {
       readings[slot(captured++)] = readings[first];

@@ -204,6 +204,8 @@ void RigParameters::check() const {
   require_range("laser.bits", laser.bits, 0, 32);
   require_range("laser.rate", laser.rate, 0, 1e7, "Hz");
   require_range("laser.latency", laser.latency, 0, 50 / timing.rate, "s");
+  require_range("laser.bandwidth", laser.bandwidth, 0, 1e7, "Hz");
+  require_range("laser.hysteresis", laser.hysteresis, 0, laser.range, "m");
   positive("actuator.voltage_limit", actuator.voltage_limit, 1e6, "V");
   positive("actuator.force_per_volt", actuator.force_per_volt, 1e9, "N/V");
   require_range("actuator.bits", actuator.bits, 0, 32);

@@ -1,10 +1,12 @@
 #include "whirl/rig/virtual_rig.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "normal.hpp"
 #include "tables.hpp"
+#include "whirl/rig/sensor_response.hpp"
 
 namespace whirl::rig {
 
@@ -41,6 +43,8 @@ struct VirtualRig::State {
   };
   std::array<Reading, kRigHistory> readings{};
   Measurement measurement;
+  SensorMemory<double> sensor_x, sensor_y;
+  long read_at = 0;  // step of the last reading
 
   State(std::shared_ptr<const RigTables> t, const RigRun& r)
       : tables(std::move(t)), run(r), normal(r.seed), modes(tables->parameters.modes.size()) {
@@ -86,6 +90,19 @@ struct VirtualRig::State {
     return inside;
   }
 
+  // Low-pass and play of the sensors, since the last instant at which they were read.
+  void respond(double& x, double& y) noexcept {
+    const auto clamped = [](double v, double limit) { return std::clamp(v, -limit, limit); };
+    if (captured == 0) {
+      sensor_x.start(x), sensor_y.start(y);
+    } else {
+      const SensorResponse r(tables->parameters.laser, tables->angle->step * static_cast<double>(steps - read_at));
+      sensor_x.follow(r, x, clamped), sensor_y.follow(r, y, clamped);
+    }
+    read_at = steps;
+    x = sensor_x.read, y = sensor_y.read;
+  }
+
   // Takes the readings of all ticks whose sensor instant is now; `at` are the modes at this instant.
   void capture(const std::vector<ModeState>& at) noexcept {
     const RigTables& t = *tables;
@@ -98,7 +115,9 @@ struct VirtualRig::State {
     const rotor::LateralInput<double> added = t.not_disk[static_cast<std::size_t>(captured)];
     const double noise = t.parameters.laser.noise;
     const double nx = noise > 0 ? noise * normal() : 0, ny = noise > 0 ? noise * normal() : 0;
-    const bool x_valid = convert(x + added.x + nx, reading.x), y_valid = convert(y + added.y + ny, reading.y);
+    x += added.x, y += added.y;
+    if (has_response(t.parameters.laser)) respond(x, y);
+    const bool x_valid = convert(x + nx, reading.x), y_valid = convert(y + ny, reading.y);
     reading.valid = x_valid && y_valid;
     while (captured <= t.angle->ticks && t.angle->sensor_step[static_cast<std::size_t>(captured)] == steps) {
       readings[slot(captured++)] = reading;

@@ -50,6 +50,8 @@ TEST(BatchRigProperty, LanesOfTheFullRigEqualTheScalarRig) {
   p.actuator.slew = 1500, p.actuator.hysteresis = 0.8;
   p.actuator.current_limit = 6, p.actuator.force_per_ampere = 2;
   EXPECT_LT((worst_difference<8>(p, 1500)), 1e-9);
+  p.laser.bandwidth = 300, p.laser.hysteresis = 3e-6;
+  EXPECT_LT((worst_difference<16>(p, 1500)), 1e-9);
 }
 
 TEST(BatchRigProperty, LanesOfTheIdealRotorEqualTheScalarRig) {

@@ -65,7 +65,8 @@ std::vector<ComparedMethod> default_methods() {
   }
   for (const char* method :
        {"pd:lpf:no-feedforward", "tsmc_paper:lpf:no-feedforward", "tsmc:red_implicit", "tsmc:eso", "tsmc:kalman",
-        "tsmc:kfo", "tsmc:kfe", "pd:kfe", "lsmc:kfe", "ftsmc:kfe", "sta_implicit:kfe", "mpc:kfe", "pd:kfo"}) {
+        "tsmc:kfo", "tsmc:kfe", "pd:kfe", "lsmc:kfe", "ftsmc:kfe", "sta_implicit:kfe", "mpc:kfe", "pd:kfo",
+        "pd_scheduled:kfe", "pd_fxlms_xy:kfe", "hinf:kfe", "lqi:kfe", "lqi:kfo"}) {
     out.push_back(parse_method(method));
   }
   return out;
@@ -147,6 +148,8 @@ std::vector<FloorCase> physical_floor(const ControllerDesign& design, const rig:
       {"delay and actuator lag",
        [&](rig::RigParameters& p) {
          p.laser.latency = rig.laser.latency;
+         p.laser.bandwidth = rig.laser.bandwidth;
+         p.laser.hysteresis = rig.laser.hysteresis;
          p.actuator.delay_samples = rig.actuator.delay_samples;
          p.actuator.bandwidth = rig.actuator.bandwidth;
        }},
@@ -169,7 +172,7 @@ std::vector<FloorCase> physical_floor(const ControllerDesign& design, const rig:
     ControllerDesign d = design;
     const Hardware told = data_sheet(p);
     d.delay = told.loop_delay();
-    d.parameters["sensor_delay"] = told.laser.latency;
+    d.parameters["sensor_delay"] = told.laser.delay();
     const bool has_runout = p.laser.runout_1x != 0 || p.laser.runout_2x != 0 || p.laser.runout_3x != 0;
     if (p.modes.empty()) {
       std::erase_if(d.parameters, [](const auto& entry) { return entry.first.starts_with("mode_"); });

@@ -334,7 +334,7 @@ ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignO
   d.delay = options.hardware.loop_delay();
   d.force_limit = options.hardware.actuator.force_limit();
   d.feedforward = options.feedforward;
-  d.parameters["sensor_delay"] = options.hardware.laser.latency;
+  d.parameters["sensor_delay"] = options.hardware.laser.delay();
   if (options.hardware.actuator.slew > 0) d.parameters["slew_limit"] = options.hardware.actuator.slew;
   if (options.hardware.actuator.hysteresis > 0) d.parameters["hysteresis"] = options.hardware.actuator.hysteresis;
   d.parameters["sensor_range"] = 0.49 * options.hardware.laser.range;

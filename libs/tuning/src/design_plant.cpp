@@ -12,7 +12,7 @@ namespace whirl::tuning {
 
 double Hardware::loop_delay() const {
   const double lag = actuator.bandwidth > 0 ? 1 / (2 * std::numbers::pi * actuator.bandwidth) : 0;
-  return laser.latency + actuator.delay_samples / timing.rate + lag;
+  return laser.delay() + actuator.delay_samples / timing.rate + lag;
 }
 
 Hardware data_sheet(const rig::RigParameters& rig) {
@@ -22,6 +22,8 @@ Hardware data_sheet(const rig::RigParameters& rig) {
   h.laser.bits = rig.laser.bits;
   h.laser.rate = rig.laser.rate;
   h.laser.latency = rig.laser.latency;
+  h.laser.bandwidth = rig.laser.bandwidth;
+  h.laser.hysteresis = rig.laser.hysteresis;
   h.laser.runout_1x = 10e-6, h.laser.runout_2x = 5e-6, h.laser.runout_3x = 2.5e-6;
   h.laser.runout_phase_1x = h.laser.runout_phase_2x = h.laser.runout_phase_3x = 0;
   h.actuator.voltage_limit = rig.actuator.voltage_limit;

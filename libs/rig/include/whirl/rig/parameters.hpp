@@ -83,6 +83,8 @@ struct RigLaser {
   int bits = 16;             ///< converter resolution; 0 = none
   double rate = 4000;        ///< Hz; 0 = continuous
   double latency = 0.25e-3;  ///< age of the newest reading when it becomes available, s
+  double bandwidth = 0;      ///< first-order low-pass of the sensor, Hz; 0 = not stated
+  double hysteresis = 0;     ///< width of the play between displacement and reading, m; 0 = not stated
   double runout_1x = 12e-6;  ///< amplitude of the surface error once per turn, m
   double runout_2x = 5e-6;
   double runout_3x = 3e-6;
@@ -90,6 +92,8 @@ struct RigLaser {
   double runout_phase_2x = 1.3;
   double runout_phase_3x = 2.1;
 
+  /// Age of a reading of slow motion: the low-pass is late by its time constant, s.
+  double delay() const { return latency + (bandwidth > 0 ? 1 / (2 * std::numbers::pi * bandwidth) : 0); }
   bool operator==(const RigLaser&) const = default;
 };
 

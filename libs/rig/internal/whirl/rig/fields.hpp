@@ -68,6 +68,8 @@ void visit_fields(Parameters& p, Visitor&& visit) {
   visit("laser.bits", p.laser.bits, 1.0);
   visit("laser.rate_hz", p.laser.rate, 1.0);
   visit("laser.latency_ms", p.laser.latency, kMs);
+  visit("laser.bandwidth_hz", p.laser.bandwidth, 1.0);
+  visit("laser.hysteresis_um", p.laser.hysteresis, kUm);
   visit("laser.runout_1x_um", p.laser.runout_1x, kUm);
   visit("laser.runout_2x_um", p.laser.runout_2x, kUm);
   visit("laser.runout_3x_um", p.laser.runout_3x, kUm);
