@@ -71,11 +71,8 @@ RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, cons
   // One axis does not tell the forward mode of a tilting disc from the backward one.
   if (!recordings.front().has(options.record.x) || !recordings.front().has(options.record.y)) return found;
   const RotorRecord record = rotor_record(recordings.front(), options.record);
-  // Short runs with starts of their own leave less than one run of the whole record: they must at least come near what
-  // is asked of the whole.
-  constexpr double kNear = 1.1;
-  const double most = kNear * std::sqrt(std::min(rules::kModelError, found.fit.summary.chi_square));
-  std::optional<IdentifiedModel> tilting = fit_tilt_rotor(record, found.fit.model, most);
+  const double target = std::sqrt(std::min(rules::kModelError, found.fit.summary.chi_square));
+  std::optional<IdentifiedModel> tilting = fit_tilt_rotor(record, found.fit.model, target);
   if (!tilting || !clearly_better(*tilting, found, record, options)) return found;
   if (explained(found))
     hold_other_kind(*tilting, found.model,
@@ -88,14 +85,7 @@ RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, cons
 }
 
 IdentifiedModel tilt_of(const Recording& recording, const IdentifiedModel& like, const RotorIdentifyOptions& options) {
-  const auto value = [&](const char* name) { return like.parameter(name)->value; };
-  RotorModel start;
-  start.k1 = std::pow(value("natural_frequency"), 2);
-  start.k2 = value("k2");
-  start.c = value("c");
-  start.eps = std::polar(value("e"), value("e_phase"));
-  start.offset = {value("offset_x"), value("offset_y")};
-  std::optional<IdentifiedModel> found = fit_tilt_rotor(rotor_record(recording, options.record), start);
+  const std::optional<IdentifiedModel> found = fit_tilt_rotor(rotor_record(recording, options.record), like);
   if (found) return *found;
   IdentifiedModel none;
   none.summary.fail("no disc that tilts follows it");

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tilt/tilt_trajectory.hpp"
 #include "validate/free_run_errors.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/trajectory.hpp"
@@ -16,133 +17,73 @@
 namespace whirl::identification {
 namespace {
 
-using Complex = std::complex<double>;
-constexpr Eigen::Index kStates = 8;
+using namespace tilting;
 
-/// Parameters, in this order. The fit has `soft` = k1 - couple^2 / tilt, the stiffness with the tilt left free, and the
-/// unbalance `heavy` = eps - couple / tilt eps_tilt that acts there, in the place of k1 and eps: the main mode fixes
-/// them, while k1, couple and tilt slide along a valley.
-enum Parameter { k1, k2, c, couple, eps_re, eps_im, tilt, c_tilt, polar, tilt_re, tilt_im, offset_x, offset_y };
-constexpr const char* kNames[] = {"soft",   "k2",    "c",       "couple",  "heavy_re", "heavy_im", "tilt",
-                                  "c_tilt", "polar", "tilt_re", "tilt_im", "offset_x", "offset_y"};
-constexpr std::size_t kParameters = std::size(kNames);
+/// Residuals, by the noise, that a fit has to come below.
+struct Limits {
+  double most;    ///< of runs of two seconds with starts of their own
+  double target;  ///< of the whole record
+};
 
-/// Readings and forcing, every `every`-th sample; what is left out is no number.
-Recording run_record(const RotorRecord& record, Eigen::Index every) {
-  const Eigen::Index n = (record.size() + every - 1) / every;
-  Eigen::VectorXd x(n), y(n), fx(n), fy(n), w(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::Index k = i * every;
-    const bool sees_x = record.usable_x.size() == 0 || record.usable_x[k] > 0;
-    const bool sees_y = record.usable_y.size() == 0 || record.usable_y[k] > 0;
-    x[i] = sees_x ? record.z[k].real() : NAN;
-    y[i] = sees_y ? record.z[k].imag() : NAN;
-    w[i] = record.angle.omega[2 * k];
-    const Complex force = std::polar(1.0, record.angle.beta[2 * k]) * Complex(w[i] * w[i], -record.angle.alpha[2 * k]);
-    fx[i] = force.real();
-    fy[i] = force.imag();
+/// The fit of the whole record; diverged where it does not converge in some steps and at the pace of the last ones
+/// would not come below `target` in all.
+TrajectoryFit fit_whole(const TrajectoryModel& model, const Recording& record, std::vector<TrajectoryRun> runs,
+                        TrajectoryOptions options, double target) {
+  constexpr int kFirst = 25, kPace = 10, kAll = 100;  // steps: the upper mode is told by little of the motion
+  options.max_iterations = kFirst;
+  TrajectoryFit fit = fit_trajectory(model, {record}, runs, options);
+  int left = kAll - kFirst;
+  for (const int steps : {kPace, kAll - kFirst - kPace}) {
+    if (fit.diverged || fit.converged || !std::isfinite(fit.rmse)) return fit;
+    options.max_iterations = steps;
+    TrajectoryFit on = fit_trajectory(fit.model, {record}, fit.runs, options);
+    if (on.diverged) return fit;
+    left -= steps;
+    const double pace = on.rmse / fit.rmse;
+    fit = std::move(on);
+    fit.diverged = !fit.converged && fit.rmse * std::pow(pace, static_cast<double>(left) / steps) > target;
   }
-  Recording out;
-  out.dt = record.dt * static_cast<double>(every);
-  out.t0 = record.t0;
-  out.add("x", Quantity::displacement, x);
-  out.add("y", Quantity::displacement, y);
-  out.add("fx", Quantity::dimensionless, fx);
-  out.add("fy", Quantity::dimensionless, fy);
-  out.add("w", Quantity::angular_velocity, w);
-  return out;
+  return fit;
 }
 
-TrajectoryModel trajectory_at(std::vector<double> values) {
-  const double share = values[couple] / values[tilt];
-  values[k1] -= share * values[couple];
-  values[eps_re] -= share * values[tilt_re];
-  values[eps_im] -= share * values[tilt_im];
-  TrajectoryModel model;
-  model.states = {"x1", "vx", "y1", "vy", "p", "vp", "q", "vq"};
-  model.inputs = {"fx", "fy", "w"};
-  const std::string k = "(soft + couple^2/tilt)", re = "(heavy_re + couple/tilt*tilt_re)",
-                    im = "(heavy_im + couple/tilt*tilt_im)";
-  for (const std::string& rate :
-       {std::string("vx"), "-" + k + "*x1 - k2*(x1^2 + y1^2)*x1 - c*vx - couple*p + " + re + "*fx - " + im + "*fy",
-        std::string("vy"), "-" + k + "*y1 - k2*(x1^2 + y1^2)*y1 - c*vy - couple*q + " + re + "*fy + " + im + "*fx",
-        std::string("vp"), std::string("-tilt*p - couple*x1 - c_tilt*vp - polar*w*vq + tilt_re*fx - tilt_im*fy"),
-        std::string("vq"), std::string("-tilt*q - couple*y1 - c_tilt*vq + polar*w*vp + tilt_re*fy + tilt_im*fx")})
-    model.rates.push_back(expr::Expr::parse(rate));
-  model.channels = {"x", "y"};
-  model.outputs = {expr::Expr::parse("x1 + offset_x"), expr::Expr::parse("y1 + offset_y")};
-  for (std::size_t j = 0; j < kParameters; ++j) {
-    TrajectoryParameter p;
-    p.name = kNames[j];
-    p.value = values[j];
-    // A polar moment is at most twice the diametral one (thin disc).
-    if (j == polar) p.low = -0.5, p.high = 2.5;
-    if (j == tilt) p.low = 1;
-    model.parameters.push_back(p);
-  }
-  return model;
+/// Readings and forcing as often as a step of so many radians at the top speed asks.
+Recording thinned(const RotorRecord& record, double step, double top) {
+  return run_record(record, std::max<Eigen::Index>(1, static_cast<Eigen::Index>(step / (top * record.dt))));
 }
+constexpr double kStep = 0.8, kFine = 0.35;
 
-/// Runs of about `length` samples, started from a sine through their first turn, the hidden tilt from its linear whirl.
-std::vector<TrajectoryRun> cut(const TrajectoryModel& model, const Recording& record, Eigen::Index length) {
-  const Eigen::Index n = record.size(), pieces = std::max<Eigen::Index>(1, n / length);
-  const double stiffness = model.parameters[tilt].value, k = model.parameters[couple].value;
-  std::vector<TrajectoryRun> runs;
-  for (Eigen::Index i = 0; i < pieces; ++i) {
-    TrajectoryRun run{0, i * n / pieces, (i + 1) * n / pieces - i * n / pieces, Eigen::VectorXd::Zero(kStates)};
-    const double w = record["w"][run.first];
-    const double turn = 2 * std::numbers::pi / std::max(std::abs(w), 10.0);
-    const Eigen::Index count = std::clamp<Eigen::Index>(std::lround(turn / record.dt), 6, run.count);
-    Eigen::MatrixXd basis(count, 3), readings(count, 2);
-    for (Eigen::Index j = 0; j < count; ++j) {
-      const double at = w * record.dt * static_cast<double>(j);
-      basis.row(j) << 1, std::cos(at), std::sin(at);
-      readings.row(j) << record["x"][run.first + j], record["y"][run.first + j];
-    }
-    if (!readings.allFinite()) {
-      runs.push_back(run);
-      continue;
-    }
-    const Eigen::MatrixXd fit = basis.colPivHouseholderQr().solve(readings);
-    const double margin = stiffness - w * w;
-    const double follows = std::abs(margin) > 0.1 * stiffness ? -k / margin : 0;
-    for (Eigen::Index axis = 0; axis < 2; ++axis) {
-      run.start[2 * axis] = fit(1, axis);
-      run.start[2 * axis + 1] = w * fit(2, axis);
-      run.start[4 + 2 * axis] = follows * run.start[2 * axis];
-      run.start[5 + 2 * axis] = follows * run.start[2 * axis + 1];
-    }
-    runs.push_back(run);
-  }
-  return runs;
-}
-
-/// Short runs, longer ones, the whole record at every sample; diverged where runs of two seconds with starts of their
-/// own already leave more than `most`.
-TrajectoryFit fit_from(const RotorRecord& record, const std::vector<double>& values, double top, double most) {
-  constexpr double kStep = 0.8, kFine = 0.35;  // of a radian at the top speed
-  const auto every = [&](double step) {
-    return std::max<Eigen::Index>(1, static_cast<Eigen::Index>(step / (top * record.dt)));
-  };
+TrajectoryOptions options_of(const RotorRecord& record) {
   TrajectoryOptions options;
   options.output_sd = Eigen::Vector2d(record.noise_x, record.noise_y);
   options.substeps = 1;  // the records are thinned to what one step takes
   options.max_iterations = 25;
-  const Recording coarse = run_record(record, every(kStep)), fine = run_record(record, every(kFine));
+  return options;
+}
+
+/// Short runs, longer ones, the whole record, that at every sample; diverged where the first leave far more than is
+/// asked of the next, or converge to more than the whole may leave.
+TrajectoryFit fit_from(const RotorRecord& record, const std::vector<double>& values, double top, const Limits& limits) {
+  constexpr double kFar = 3;       // times what runs of two seconds may leave
+  constexpr double kAlike = 1.03;  // residuals of a thinned record and of all of it
+  const TrajectoryOptions options = options_of(record);
+  const Recording coarse = thinned(record, kStep, top), fine = thinned(record, kFine, top);
+  const auto ends_above = [&](const TrajectoryFit& fit) { return fit.converged && fit.rmse > kAlike * limits.target; };
   TrajectoryModel model = trajectory_at(values);
   TrajectoryFit fit;
-  for (const double seconds : {0.4, 2.0, 1e9}) {
+  for (const auto& [seconds, most] : {std::pair(0.4, kFar * limits.most), std::pair(2.0, limits.most)}) {
     const double samples = std::min(seconds / coarse.dt, static_cast<double>(coarse.size()));
-    // The upper mode is told by little of the motion.
-    options.max_iterations = seconds < 1e3 ? 25 : 100;
     fit = fit_trajectory(model, {coarse}, cut(model, coarse, std::lround(samples)), options);
-    fit.diverged = fit.diverged || !std::isfinite(fit.rmse) || (seconds > 1 && fit.rmse > most);
+    fit.diverged = fit.diverged || !std::isfinite(fit.rmse) || fit.rmse > most;
+    fit.diverged = fit.diverged || (seconds > 1 && ends_above(fit));
     if (fit.diverged) return fit;
     model = fit.model;
   }
+  fit = fit_whole(model, coarse, cut(model, coarse, coarse.size()), options, limits.target);
+  fit.diverged = fit.diverged || !std::isfinite(fit.rmse) || fit.rmse > limits.most || ends_above(fit);
+  if (fit.diverged) return fit;
   std::vector<TrajectoryRun> whole = fit.runs;
   whole.front().count = fine.size();
-  return fit_trajectory(model, {fine}, whole, options);
+  return fit_whole(fit.model, fine, std::move(whole), options, limits.target);
 }
 
 /// The physical parameters of a fit with their covariance, and what follows from several of them.
@@ -258,29 +199,16 @@ IdentifiedModel described(const TrajectoryFit& fit) {
   return model;
 }
 
-/// Value of a parameter of a model that has it.
-double number(const IdentifiedModel& model, const char* name) {
-  const Estimate* e = model.parameter(name);
-  if (e == nullptr) throw Error::in_field("parameter of a rotor that tilts", name, "present");
-  return e->value;
-}
-
-/// States in the steady whirl of the linear model at a speed and angle.
-Eigen::VectorXd steady(const IdentifiedModel& model, double w, double beta) {
-  const Complex i(0, 1), k(number(model, "k_couple"));
-  const Complex eps = std::polar(number(model, "e"), number(model, "e_phase"));
-  const Complex eps_tilt = std::polar(number(model, "e_tilt"), number(model, "e_tilt_phase"));
-  Eigen::Matrix2cd stiffness;
-  stiffness << number(model, "k1") - w * w + i * w * number(model, "c"), k, k,
-      number(model, "k_tilt") - (1 - number(model, "polar_ratio")) * w * w + i * w * number(model, "c_tilt");
-  const Eigen::Vector2cd z =
-      stiffness.partialPivLu().solve(Eigen::Vector2cd(eps, eps_tilt)) * (w * w) * std::polar(1.0, beta);
-  Eigen::VectorXd start(kStates);
-  for (int m = 0; m < 2; ++m) {
-    const Complex v = i * w * z[m];
-    start.segment<4>(4 * m) << z[m].real(), v.real(), z[m].imag(), v.imag();
-  }
-  return start;
+/// Nothing where the information gives no variances.
+std::optional<IdentifiedModel> model_of(const TrajectoryFit& fit, const RotorRecord& record) {
+  IdentifiedModel model = described(fit);
+  model.sample_time = record.dt;
+  model.noise_sd = std::sqrt(0.5 * record.noise_variance());
+  model.summary.residual = fit.rmse * model.noise_sd;
+  if (!fit.converged) model.summary.warn("the fit of a disc that tilts did not converge");
+  const Eigen::Index p = static_cast<Eigen::Index>(kParameters);
+  if (!(fit.covariance.topLeftCorner(p, p).diagonal().array() >= 0).all()) return std::nullopt;
+  return model;
 }
 
 }  // namespace
@@ -289,10 +217,14 @@ bool has_tilt(const IdentifiedModel& model) {
   return std::find(model.states.begin(), model.states.end(), "tilt_x") != model.states.end();
 }
 
-std::optional<IdentifiedModel> fit_tilt_rotor(const RotorRecord& record, const RotorModel& start, double most) {
+std::optional<IdentifiedModel> fit_tilt_rotor(const RotorRecord& record, const RotorModel& start, double target) {
   if (record.summary.status == Status::unusable || record.colour.size() > 0 || !record.hum.empty() || record.drift)
     return std::nullopt;
   if (!(start.k1 > 0) || !(record.noise_x > 0) || !(record.noise_y > 0)) return std::nullopt;
+  // Short runs with starts of their own leave less than one run of the whole record: they must at least come near what
+  // is asked of the whole.
+  constexpr double kNear = 1.1;
+  const Limits limits{kNear * target, target};
   constexpr double kFollows = 1.15;  // residual by noise at which no other start is tried
   const double top = record.speed_high();
   std::optional<TrajectoryFit> best;
@@ -303,20 +235,21 @@ std::optional<IdentifiedModel> fit_tilt_rotor(const RotorRecord& record, const R
         fit_from(record,
                  {start.k1 + coupling * coupling / stiffness, start.k2, damping, coupling, start.eps.real(),
                   start.eps.imag(), stiffness, damping, thin, 0, 0, start.offset.real(), start.offset.imag()},
-                 std::max(top, ratio * std::sqrt(start.k1)), most);
+                 std::max(top, ratio * std::sqrt(start.k1)), limits);
     if (fit.diverged || !std::isfinite(fit.rmse) || !fit.covariance.allFinite()) continue;
     if (!best || fit.rmse < best->rmse) best = std::move(fit);
     if (best->rmse < kFollows) break;
   }
-  if (!best) return std::nullopt;
-  IdentifiedModel model = described(*best);
-  model.sample_time = record.dt;
-  model.noise_sd = std::sqrt(0.5 * record.noise_variance());
-  model.summary.residual = best->rmse * model.noise_sd;
-  if (!best->converged) model.summary.warn("the fit of a disc that tilts did not converge");
-  const Eigen::Index p = static_cast<Eigen::Index>(kParameters);
-  if (!(best->covariance.topLeftCorner(p, p).diagonal().array() >= 0).all()) return std::nullopt;
-  return model;
+  return best ? model_of(*best, record) : std::nullopt;
+}
+
+std::optional<IdentifiedModel> fit_tilt_rotor(const RotorRecord& record, const IdentifiedModel& like) {
+  const TrajectoryModel model = trajectory_at(values_of(like));
+  const double top = std::max(record.speed_high(), number(like, "second_frequency"));
+  const Recording fine = thinned(record, kFine, top);
+  const TrajectoryFit fit = fit_whole(model, fine, cut(model, fine, fine.size()), options_of(record), INFINITY);
+  if (fit.diverged || !std::isfinite(fit.rmse) || !fit.covariance.allFinite()) return std::nullopt;
+  return model_of(fit, record);
 }
 
 Recording simulate_tilt_rotor(const IdentifiedModel& model, const AngleSignal& angle, double t0) {
@@ -354,12 +287,7 @@ Validation validate_tilt_rotor(const IdentifiedModel& model, const Recording& re
   const RotorRecord record = rotor_record(recording, options.record);
   const double ox = number(model, "offset_x"), oy = number(model, "offset_y");
   const Recording run_data = run_record(record, 1);
-  const Complex eps = std::polar(number(model, "e"), number(model, "e_phase"));
-  const Complex eps_tilt = std::polar(number(model, "e_tilt"), number(model, "e_tilt_phase"));
-  TrajectoryModel fixed =
-      trajectory_at({number(model, "k1"), number(model, "k2"), number(model, "c"), number(model, "k_couple"),
-                     eps.real(), eps.imag(), number(model, "k_tilt"), number(model, "c_tilt"),
-                     number(model, "polar_ratio"), eps_tilt.real(), eps_tilt.imag(), ox, oy});
+  TrajectoryModel fixed = trajectory_at(values_of(model));
   for (TrajectoryParameter& p : fixed.parameters) p.free = false;
   TrajectoryRun run{0, 0, run_data.size(), steady(model, record.angle.omega[0], record.angle.beta[0])};
   TrajectoryOptions fit_options;
@@ -368,7 +296,7 @@ Validation validate_tilt_rotor(const IdentifiedModel& model, const Recording& re
   Validation v;
   v.noise_x = record.noise_x;
   v.noise_y = record.noise_y;
-  v.eps = eps;
+  v.eps = std::polar(number(model, "e"), number(model, "e_phase"));
   v.summary = record.summary;
   v.peak_measured = (record.z.array() - Complex(ox, oy)).abs().maxCoeff();
   Eigen::MatrixXd readings;

@@ -112,17 +112,22 @@ void refresh_modes(const Point& p, std::size_t r, const RotorRecord& measured, i
   s.modal_zeta.clear();
   for (std::size_t k = 0; k < p.model.modes.size(); ++k) {
     const ForcedMode& m = p.model.modes[k];
-    const auto response = [&](double w, double zeta) -> Eigen::VectorXcd {
-      const Eigen::VectorXcd q = rotor::modal_response(w, zeta, s.forcing, measured.dt / substeps,
-                                                       record.angle.omega[0], measured.derivative());
-      return q(Eigen::seqN(Eigen::Index{0}, record.angle.samples(), Eigen::Index{substeps}));
-    };
-    s.modal.push_back(response(m.omega, m.zeta));
-    if (!poles) continue;
-    const double dw = 1e-5 * m.omega, dz = 1e-3 * m.zeta;
+    const double dw = 1e-5 * m.omega, dz = 1e-3 * m.zeta, dt = measured.dt / substeps, start = record.angle.omega[0];
+    if (!poles) {
+      const Eigen::VectorXcd q = rotor::modal_response(m.omega, m.zeta, s.forcing, dt, start, measured.derivative());
+      s.modal.push_back(q(Eigen::seqN(Eigen::Index{0}, record.angle.samples(), Eigen::Index{substeps})));
+      continue;
+    }
+    std::vector<Eigen::VectorXcd> q = rotor::modal_responses({{m.omega, m.zeta},
+                                                              {m.omega + dw, m.zeta},
+                                                              {m.omega - dw, m.zeta},
+                                                              {m.omega, m.zeta + dz},
+                                                              {m.omega, m.zeta - dz}},
+                                                             s.forcing, dt, start, measured.derivative(), substeps);
     const Complex gamma = record.participation[k];
-    s.modal_w.emplace_back(gamma * (response(m.omega + dw, m.zeta) - response(m.omega - dw, m.zeta)) / (2 * dw));
-    s.modal_zeta.emplace_back(gamma * (response(m.omega, m.zeta + dz) - response(m.omega, m.zeta - dz)) / (2 * dz));
+    s.modal_w.emplace_back(gamma * (q[1] - q[2]) / (2 * dw));
+    s.modal_zeta.emplace_back(gamma * (q[3] - q[4]) / (2 * dz));
+    s.modal.push_back(std::move(q[0]));
   }
 }
 

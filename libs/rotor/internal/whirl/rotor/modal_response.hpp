@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <vector>
 
 namespace whirl::rotor {
 
@@ -8,5 +9,13 @@ namespace whirl::rotor {
 /// 1 or 2 gives q' or q'' instead.
 Eigen::VectorXcd modal_response(double w, double zeta, const Eigen::VectorXcd& forcing, double dt, double omega0,
                                 int derivative = 0);
+
+/// Undamped frequency, rad/s, and damping ratio.
+struct Pole {
+  double w, zeta;
+};
+/// modal_response of at most eight poles at once, at every `every`-th sample; the work on F is shared.
+std::vector<Eigen::VectorXcd> modal_responses(const std::vector<Pole>& poles, const Eigen::VectorXcd& forcing,
+                                              double dt, double omega0, int derivative, Eigen::Index every);
 
 }  // namespace whirl::rotor

@@ -27,10 +27,13 @@ namespace whirl::identification {
 bool has_tilt(const IdentifiedModel& model);
 
 /// Such a rotor by free runs of one record, from several starts about the plain rotor that explains it best; the hidden
-/// motion is estimated. Nothing where its noise is coloured, it has hum or drift, or no start follows it; `most`:
-/// residual by noise beyond which a start is given up. `chi_square` of the summary: residual variance by the noise.
+/// motion is estimated. Nothing where its noise is coloured, it has hum or drift, or no start follows it; `target`:
+/// residual by noise that the fit has to come below, a start that will not is given up. `chi_square` of the summary:
+/// residual variance by the noise.
 std::optional<IdentifiedModel> fit_tilt_rotor(const RotorRecord& record, const RotorModel& start,
-                                              double most = std::numeric_limits<double>::infinity());
+                                              double target = std::numeric_limits<double>::infinity());
+/// The same begun at a model of that kind, of a record of the same machine.
+std::optional<IdentifiedModel> fit_tilt_rotor(const RotorRecord& record, const IdentifiedModel& like);
 
 /// Channels x, y (as the probes read them) and beta along an angle, from the steady whirl of the linear model at its
 /// first speed. Throws Error where the motion diverges.
