@@ -114,7 +114,8 @@ void add_rotor_modes(CommandLine& rotor, Session& session) {
   sub->add_option("ROTOR", o->rotor, "rotor file")->input()->required();
   sub->add_option("--speed-rpm", o->speed_rpm, "speed of the shaft")->range(0, 1e7)->show_default();
   sub->add_option("--count", o->count, "modes listed")->range(1, 100)->show_default();
-  sub->add_option("--figure", o->figure, "the rotor to scale and its modes with orbits (.svg, which moves in a browser, .png, .pdf, .csv)")
+  sub->add_option("--figure", o->figure,
+                  "the rotor to scale and its modes with orbits (.svg, which moves in a browser, .png, .pdf, .csv)")
       ->output();
 }
 
