@@ -41,12 +41,15 @@ struct Posterior {
   double mean_square = 0, odds = 0;
 };
 Posterior posterior(const AbsentTerm& c, double usual, double scale) {
-  constexpr double kWindow = 0.2;
+  constexpr double kWindow = 0.2, kHint = 2, kTells = 0.5;  // kHint: 5 % of records without the term
   const double variance = scale * c.sd * c.sd, shrink = usual * usual / (usual * usual + variance);
   const double t2 = c.value * c.value / variance;
   const double evidence = std::sqrt(1 - shrink) * std::exp(std::min(0.5 * t2 * shrink, 50.0));
   const double mean = shrink * c.value, sd = std::sqrt(shrink * variance);
   const TermPrior& prior = c.term->prior;
+  // A rare term counts where the record hints at it, or cannot tell it from none: else chance alone would decide which
+  // of two alike rotors gets the wider interval.
+  if (c.term->rare && t2 < kHint * kHint && variance < kTells * kTells * usual * usual) return {};
   double all = 0, square = 0;
   for (const double sign : {1.0, -1.0}) {
     const double of_sign = sign > 0 ? prior.positive : 1 - prior.positive;

@@ -48,7 +48,7 @@ std::vector<TermSize> sizes_of(const OutputErrorFit& fit) {
 
 double surprise(const OutputErrorFit& fit) {
   double sum = 0;
-  for (const TermSize& s : sizes_of(fit)) sum += std::max(0.0, s.ratio() * s.ratio() - 1);
+  for (const TermSize& s : sizes_of(fit)) sum += 4 * std::log(std::max(1.0, s.ratio()));
   return sum;
 }
 

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "evidence/omitted_terms.hpp"
 #include "growth/term_sizes.hpp"
 #include "terms/catalogue.hpp"
@@ -33,15 +35,15 @@ Status judged(const OutputErrorFit& fit) {
   return summary.status;
 }
 
-TEST(UsualSizes, SpeakAgainstATermByTheSquareOfItsShareOfThem) {
+TEST(UsualSizes, SpeakAgainstATermByCauchysTails) {
   OutputErrorFit fit = plain_fit();
   EXPECT_EQ(detail::surprise(fit), 0);
   fit.sensor.gain_drift = 0.02 / 10.01;
   EXPECT_NEAR(detail::surprise(fit), 0, 1e-9);
   fit.sensor.gain_drift *= -6;
-  EXPECT_NEAR(detail::surprise(fit), 35, 0.1);
+  EXPECT_NEAR(detail::surprise(fit), 4 * std::log(6), 0.02);
   fit.terms = {{&terms::gyroscopic(), 0, 0.15}};
-  EXPECT_NEAR(detail::surprise(fit), 35 + 8, 0.1);
+  EXPECT_NEAR(detail::surprise(fit), 4 * std::log(6) + 4 * std::log(3), 0.04);
   ASSERT_EQ(detail::sizes_of(fit).size(), 2U);
   EXPECT_EQ(detail::sizes_of(fit)[1].parameter, "sensor_gain_drift");
 }
