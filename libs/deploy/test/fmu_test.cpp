@@ -317,8 +317,8 @@ TEST_P(FmuExport, CoulombFrictionIsAStateEvent) {
   // What lies behind the states that are counted is not looked at.
   std::vector<double> more{x[0], x[1], NAN};
   EXPECT_EQ(fmu.function<int(void*, const double*, std::size_t)>("SetContinuousStates")(c, more.data(), 2), 0);
-  EXPECT_EQ(fmu.function<int(void*, double*, std::size_t)>(fmu.three ? "GetContinuousStateDerivatives" : "GetDerivatives")(
-                c, more.data(), 2),
+  EXPECT_EQ(fmu.function<int(void*, double*, std::size_t)>(fmu.three ? "GetContinuousStateDerivatives"
+                                                                     : "GetDerivatives")(c, more.data(), 2),
             0);
   double t = 0;
   const auto advance = [&](const std::vector<double>& from, double h) {

@@ -322,7 +322,7 @@ struct CsvStream::State : detail::CsvLines {
       fail(
           fmt::format("{}: empty in row {} of the record, counted from 0; every value must be a number here. info, "
                       "identify, validate and convert without --stream take gaps. Else choose rows without them "
-                      "(--rows FIRST:END). Several rates in one table: export one table for each",
+                      "(--rows FIRST:END). Several rates in one table: export one table for each rate",
                       column_name(file_column), line - first_line));
     std::string copy(text);
     if (dialect.delimiter != ',') {
