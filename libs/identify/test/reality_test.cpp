@@ -109,14 +109,16 @@ TEST(OmittedTermsProperty, WhatTheRecordExcludesIsNotPaidFor) {
   for (unsigned seed = 251; seed < 263; ++seed) {
     const Machine m = draw_machine(Oddity::none, seed).machine;
     const IdentifiedModel model = found_in(Oddity::none, seed, 20).model;
-    narrow += model.parameter("k1")->sd < 5e-4 * m.k;
+    EXPECT_LT(model.parameter("k1")->sd, 2e-2 * m.k) << seed;
+    // At 20 dB no record excludes swirl damping, which is a spring in the forward whirl; at 30 dB half of them do.
+    narrow += found_in(Oddity::none, seed, 30).model.parameter("k1")->sd < 5e-4 * m.k;
     const Estimate &w = *model.parameter("natural_frequency"), &zeta = *model.parameter("damping_ratio");
     EXPECT_LT(w.sd, 3e-4 * w.value) << seed;
     EXPECT_LT(zeta.sd, 1e-2 * zeta.value) << seed;
     covered += w.covers(std::sqrt(m.k)) + zeta.covers(m.c / (2 * std::sqrt(m.k)));
     intervals += 2;
   }
-  EXPECT_GE(narrow, 2);  // none before
+  EXPECT_GE(narrow, 4);
   EXPECT_GE(covered, 0.85 * intervals);
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <sstream>
 
 #include "whirl/io/file.hpp"
@@ -216,14 +217,19 @@ double Settings::number(std::string_view path, Quantity quantity, double fallbac
   if (!(*value >= low && *value <= high)) {
     const auto [table, name] = split_path(path);
     const auto [entry, unit] = state_->find(table, name, quantity);
-    state_->fail(*entry, fmt::format("must be between {:g} and {:g} {}", low, high, si_unit(quantity)));
+    state_->fail(*entry, fmt::format("must be between {:g} and {:g}{}{}", low, high,
+                                     quantity == Quantity::dimensionless ? "" : " ",
+                                     quantity == Quantity::dimensionless ? "" : si_unit(quantity)));
   }
   return *value;
 }
 
 double Settings::require_number(std::string_view path, Quantity quantity, double low, double high) const {
   if (!find_number(path, quantity)) {
-    throw Error::in_file(state_->source, 0, fmt::format("no key '{}_{}'", path, si_suffix(quantity).suffix));
+    throw Error::in_file(state_->source, 0,
+                         quantity == Quantity::dimensionless
+                             ? fmt::format("no key '{}'", path)
+                             : fmt::format("no key '{}_{}'", path, si_suffix(quantity).suffix));
   }
   return number(path, quantity, 0, low, high);
 }
@@ -288,8 +294,9 @@ std::vector<std::string> Settings::keys(std::string_view path) const {
 
 std::vector<std::string> Settings::tables() const {
   std::vector<std::string> result;
+  std::set<std::string_view> seen;
   for (const Entry& e : state_->entries)
-    if (result.empty() || std::find(result.begin(), result.end(), e.table) == result.end()) result.push_back(e.table);
+    if (seen.insert(e.table).second) result.push_back(e.table);
   return result;
 }
 

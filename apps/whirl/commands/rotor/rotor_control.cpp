@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "rotor.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/report/format.hpp"
@@ -16,6 +18,8 @@ struct RotorControlOptions {
   bool unbalance_unknown = false;
 };
 
+constexpr double kGrows = 1e-3;  // 1/s; as the refusals
+
 void say_design(const shaft::ControlDesign& d, Session& session) {
   const std::vector<shaft::Actuator>& actuators = d.controller.actuators;
   report::Table table;
@@ -30,12 +34,16 @@ void say_design(const shaft::ControlDesign& d, Session& session) {
                                  report::format_number(100 * p.open_damping, 3),
                                  report::format_number(100 * p.closed_damping, 3), report::format_number(p.growth, 3)};
     for (Eigen::Index j = 0; j < p.sensitivity.size(); ++j) {
-      row.push_back(fmt::format("{:.2f} {}", p.sensitivity[j], shaft::sensitivity_zone(p.sensitivity[j])));
+      row.push_back(p.growth > kGrows
+                        ? "unstable"
+                        : fmt::format("{:.2f} {}", p.sensitivity[j], shaft::sensitivity_zone(p.sensitivity[j])));
       row.push_back(report::format_number(p.turning_force[j], 3));
     }
     table.add(row);
   }
   session.say(report::to_text(table));
+  const bool stable = std::ranges::none_of(d.points, [](const auto& p) { return p.growth > kGrows; });
+  if (!stable) return;
   session.say(fmt::format("sensitivity        {:.2f} at most, zone {} of ISO 14839-3 (A below 3, B below 4, C below 5)",
                           d.worst_sensitivity, shaft::sensitivity_zone(d.worst_sensitivity)));
   session.say(fmt::format("turning part       learns at {:.2g} 1/s", d.controller.adaptation));

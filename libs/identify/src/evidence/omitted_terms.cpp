@@ -47,9 +47,10 @@ Posterior posterior(const AbsentTerm& c, double usual, double scale) {
   const double evidence = std::sqrt(1 - shrink) * std::exp(std::min(0.5 * t2 * shrink, 50.0));
   const double mean = shrink * c.value, sd = std::sqrt(shrink * variance);
   const TermPrior& prior = c.term->prior;
-  // A rare term counts where the record hints at it, or cannot tell it from none: else chance alone would decide which
-  // of two alike rotors gets the wider interval.
-  if (c.term->rare && t2 < kHint * kHint && variance < kTells * kTells * usual * usual) return {};
+  // A rare part of the machine (not the probes, which all drift a little) counts where the record hints at it, or
+  // cannot tell it from none: else chance alone would decide which of two alike rotors gets the wider interval.
+  if (c.term->rare && c.term->force != nullptr && t2 < kHint * kHint && variance < kTells * kTells * usual * usual)
+    return {};
   double all = 0, square = 0;
   for (const double sign : {1.0, -1.0}) {
     const double of_sign = sign > 0 ? prior.positive : 1 - prior.positive;

@@ -20,8 +20,8 @@ struct TermSize {
 std::vector<TermSize> sizes_of(const OutputErrorFit& fit);
 
 /// What the sizes of a model's terms speak against it, in units of a likelihood ratio: twice the negative logarithm of
-/// their priors, which fall with the square of the size beyond the usual one (Cauchy's tails). What the record shows
-/// plainly then wins over any size, and is not trusted for it (judge_sizes).
+/// their priors, which fall with the square of the size beyond 3 times the usual one (Cauchy's tails). What the record
+/// shows plainly then wins over any size, and is not trusted for it (judge_sizes).
 double surprise(const OutputErrorFit& fit);
 
 }  // namespace whirl::identification::detail

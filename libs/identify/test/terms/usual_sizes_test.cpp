@@ -41,9 +41,9 @@ TEST(UsualSizes, SpeakAgainstATermByCauchysTails) {
   fit.sensor.gain_drift = 0.02 / 10.01;
   EXPECT_NEAR(detail::surprise(fit), 0, 1e-9);
   fit.sensor.gain_drift *= -6;
-  EXPECT_NEAR(detail::surprise(fit), 4 * std::log(6), 0.02);
-  fit.terms = {{&terms::gyroscopic(), 0, 0.15}};
-  EXPECT_NEAR(detail::surprise(fit), 4 * std::log(6) + 4 * std::log(3), 0.04);
+  EXPECT_NEAR(detail::surprise(fit), 4 * std::log(2), 0.02);
+  fit.terms = {{&terms::gyroscopic(), 0, 0.3}};
+  EXPECT_NEAR(detail::surprise(fit), 4 * std::log(2) + 4 * std::log(2), 0.04);
   ASSERT_EQ(detail::sizes_of(fit).size(), 2U);
   EXPECT_EQ(detail::sizes_of(fit)[1].parameter, "sensor_gain_drift");
 }

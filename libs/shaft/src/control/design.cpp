@@ -256,6 +256,17 @@ void judge(const Rotor& rotor, const ControlOptions& o, ControlDesign& d) {
                    Consequence::unusable,
                    {{"speed", r.speed, "rad/s"}},
                    fmt::format("unstable at {:.0f} rpm {}", r.speed * kRpmPerRadPerSec, to_text(r.with))});
+  for (std::size_t j = 0; j < c.actuators.size(); ++j) {
+    const auto most = std::ranges::max_element(
+        d.points, {}, [&](const ControlPoint& p) { return p.turning_force[static_cast<Index>(j)]; });
+    const double force = most->turning_force[static_cast<Index>(j)], limit = c.actuators[j].force_limit;
+    if (force > limit)
+      d.summary.add({FindingCode::requirement_missed,
+                     Consequence::warning,
+                     {{"value", force, "N"}, {"most", limit, "N"}},
+                     fmt::format("turning force of actuator {} at {:.0f} rpm", c.actuators[j].name,
+                                 most->speed * kRpmPerRadPerSec)});
+  }
   Index worst = 0;
   for (const ControlPoint& p : d.points) {
     p.sensitivity.maxCoeff(&worst);
@@ -291,9 +302,28 @@ constexpr CaseText kCaseTexts[] = {
 std::string to_string(ControlCase c) { return std::string(kCaseTexts[static_cast<std::size_t>(c)].name); }
 std::string to_text(ControlCase c) { return std::string(kCaseTexts[static_cast<std::size_t>(c)].words); }
 
+namespace {
+
+/// The controller's probes or actuators are those of the rotor, in the same order.
+template <class Part>
+void require_same(const char* what, const std::vector<Part>& of_rotor, const std::vector<Part>& of_controller) {
+  const auto names = [](const std::vector<Part>& parts) {
+    std::string list;
+    for (const Part& p : parts) list += (list.empty() ? "" : ", ") + p.name;
+    return list;
+  };
+  if (names(of_rotor) != names(of_controller))
+    throw Error::in_field(fmt::format("{}s of the controller", what), names(of_controller),
+                          "those of the rotor file, in its order: " + names(of_rotor));
+}
+
+}  // namespace
+
 ControlDesign check_rotor_control(const Rotor& rotor, const RotorController& controller, const ControlOptions& o) {
   require_options(rotor, o);
   check(controller);
+  require_same("probe", rotor.probes, controller.probes);
+  require_same("actuator", rotor.actuators, controller.actuators);
   ControlDesign d;
   d.controller = controller;
   look(o, Designer(rotor, o), d);

@@ -61,7 +61,14 @@ SampledForces sampled_forces(const Rotor& rotor, const System& system, const Rot
   for (std::size_t k = 0; k < used.actuators.size(); ++k)
     forces.bandwidth[static_cast<Index>(k)] = used.actuators[k].bandwidth;
   forces.rows = probe_rows(used, system);
-  forces.start = [controller, noise, seed]() -> SampledForces::Step {
+  // The machine's own limits hold, whatever the controller was designed for.
+  RotorController limited = controller;
+  for (std::size_t k = 0; k < used.actuators.size(); ++k) {
+    Actuator& a = limited.actuators[k];
+    a.force_limit = std::min(a.force_limit, used.actuators[k].force_limit);
+    if (const double slew = used.actuators[k].slew; slew > 0) a.slew = a.slew > 0 ? std::min(a.slew, slew) : slew;
+  }
+  forces.start = [controller = limited, noise, seed]() -> SampledForces::Step {
     auto control = std::make_shared<RotorControl>(controller);
     return [control, random = std::mt19937_64(seed), spread = std::normal_distribution<double>(0, noise), noise](
                Eigen::VectorXd y, double angle, double speed) mutable -> Eigen::VectorXd {

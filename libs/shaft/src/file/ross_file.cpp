@@ -60,11 +60,12 @@ class RossReader {
     const std::vector<std::string> all = s_.tables();
     if (std::ranges::none_of(all, [](const std::string& table) { return table.starts_with("ShaftElement"); }))
       throw Error(s_.source() + ": no table [\"ShaftElement_...\"]: must be TOML that Rotor.save() of ROSS wrote");
+    const std::set<std::string> names(all.begin(), all.end());
     for (const std::string& table : all) {
       if (table.empty() || table == "parameters") continue;
-      const bool inside = std::ranges::any_of(all, [&](const std::string& other) {
-        return !other.empty() && table.size() > other.size() && table.starts_with(other) && table[other.size()] == '.';
-      });
+      bool inside = false;
+      for (std::size_t dot = table.find('.'); dot != table.npos && !inside; dot = table.find('.', dot + 1))
+        inside = names.contains(table.substr(0, dot));
       if (inside) continue;  // material, gas, further arguments of the element around it
       std::string kind = table.substr(0, table.find('_'));
       if (kind.ends_with("6DoF")) kind.resize(kind.size() - 4);
@@ -234,6 +235,7 @@ class RossReader {
       out_.rotor.discs.push_back({name_of(table), place(n), mass, 0, 0});
       return;
     }
+    if (bodies_.contains(n)) throw s_.error(table + ".n", "another PointMass has this number: write one of their sum");
     bodies_[n] = out_.rotor.bodies.size();
     out_.rotor.bodies.push_back({name_of(table), 0, mass, 0});
   }
@@ -274,6 +276,9 @@ class RossReader {
     s.name = name_of(table);
     s.a = point(table, "n", std::nullopt);
     s.b = s_.has(table + ".n_link") ? point(table, "n_link", s.a.position) : Point{"ground", s.a.position};
+    if (s_.has(table + ".n_link") && node(table) == node(table, "n_link"))
+      throw s_.error(table + ".n_link", "must be another node than n");
+    if (!s_.has(table + ".kyy")) throw s_.error(table + ".kxx", "without kyy: a file that ROSS saved has both");
     const std::size_t count = s_.numbers(table + ".kxx", Quantity::dimensionless, {}).size();
     s.law.speeds = s_.numbers(table + ".frequency", Quantity::dimensionless, {});
     if (count == 0 || (count > 1 && s.law.speeds.size() != count))
