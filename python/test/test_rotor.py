@@ -26,8 +26,11 @@ def test_every_template_goes_through_every_verb(name):
     assert lines.frequency.shape[0] == lines.speed.size == 9
     response = rotor.response(3000, points=50)
     assert response.speed.size >= 50 and all(a.shape == response.speed.shape for a, _ in response.curves.values())
-    record = rotor.run(600, 500, 0.2)
-    assert record["beta"].shape == (201,)
+    if held:
+        assert rotor.run(600, 500, 0.2)["beta"].shape == (201,)
+    else:
+        with pytest.raises(whirl.Error, match="grows without bound"):
+            rotor.run(600, 500, 0.2)
     for result in (rotor.modes(1000), lines, response):
         assert held or "falls away" in result.summary.warnings[0]
     for result in (lines, response):
