@@ -152,6 +152,12 @@ TEST_F(RobustnessE2e, ARunTellsWhetherTheSlidingBoundHolds) {
   design.law = "pd";
   design.parameters = {};
   io::save(folder / "pd.json", design);
+  EXPECT_EQ(folder.whirl("run sliding.json --added-mass-g 5 --sliding v.csv --quiet").exit_code, low.exit_code)
+      << "over its own file";
+  for (const char* other : {"--off-nominal", "--monitor"})
+    for (const char* wanted : {"--sliding u.csv", "--sliding-figure u.svg"})
+      EXPECT_EQ(folder.whirl(std::string("run sliding.json ") + other + " " + wanted).exit_code, 2) << other << wanted;
+  EXPECT_EQ(folder.whirl("run sliding.json --off-nominal --log u.csv").exit_code, 2);
   const Outcome none = folder.whirl("run pd.json --sliding w.csv");
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_NE(none.err.find("has no switching gain"), std::string::npos) << none.err;

@@ -153,6 +153,15 @@ TEST(RotorE2e, PeaksOfTheResponseDoNotDependOnTheGrid) {
   EXPECT_NEAR(peaks[1], peaks[2], 5e-3 * peaks[2]);
 }
 
+// Magnets without control let the rotor go: the numbers of such a run say nothing, and its exit code says so.
+TEST(RotorE2e, ARunThatDivergesIsAnError) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rotor new --template levitated --out rotor.toml").exit_code, 0);
+  const Outcome outcome = folder.whirl("rotor run rotor.toml --from-rpm 600 --to-rpm 500 --seconds 0.3");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NE(outcome.err.find("grows without bound"), std::string::npos) << outcome.err;
+}
+
 // A rotor as ROSS saves it: one element between two bearings.
 TEST(RotorE2e, ImportOfARotorThatRossSaved) {
   const Folder folder;

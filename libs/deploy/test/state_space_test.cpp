@@ -9,11 +9,7 @@
 #include <random>
 
 #include "fmu_fixture.hpp"
-#include "whirl/control/controller.hpp"
-#include "whirl/deploy/code.hpp"
-#include "whirl/testing/compiled.hpp"
-#include "whirl/testing/control/step_wrapper.hpp"
-#include "whirl/testing/designs.hpp"
+#include "step_difference.hpp"
 
 namespace whirl::deploy {
 namespace {
@@ -47,33 +43,11 @@ constexpr std::pair<int, int> kOrders[] = {{0, 0}, {1, 0}, {0, 3}, {12, 12}};
 
 TEST(StateSpaceExport, TheExportedStepGivesTheForcesOfTheLibrary) {
   for (const auto& [x, y] : kOrders) {
-    const ControllerDesign d = drawn_design(x, y, true);
-    const testing::TemporaryFolder folder;
-    const ControllerCode code = controller_code(d, {"drive", false, ""});
-    folder.write(code.header.name, code.header.text);
-    folder.write(code.source.name, code.source.text);
-    folder.write("wrapper.c", testing::step_wrapper());
-    const auto built = testing::shell(
-        folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
-    ASSERT_EQ(built.exit_code, 0) << built.text;
-    const testing::SharedLibrary library(folder.path() / "drive.so");
-    ASSERT_EQ(library.get<int()>("start")(), 0);
-    auto* go = library.get<int(const double*, int, double*)>("go");
-    control::Controller mine = control::make_controller(d);
-    double worst = 0, largest = 0;
-    for (const Measurement& m : testing::run_down_readings()) {
-      const double in[] = {m.x, m.y, m.beta, m.omega, m.omega_dot};
-      double out[3] = {};
-      const int status = go(in, 1, out);
-      const auto u = mine.step(m);
-      ASSERT_EQ(status == 0, static_cast<bool>(u));
-      if (!u) break;
-      worst = std::max({worst, std::abs(out[0] - u->ux), std::abs(out[1] - u->uy)});
-      largest = std::max(largest, std::abs(u->ux));
-      ASSERT_EQ(static_cast<std::uint32_t>(out[2]), mine.state().supervision.word);
-    }
-    EXPECT_GT(largest, 1) << x << " " << y;
-    EXPECT_LT(worst, 1e-12 * largest) << x << " " << y;
+    SCOPED_TRACE(fmt::format("orders {} {}", x, y));
+    StepDifference found;
+    compare_code(drawn_design(x, y, true), 1, found);
+    EXPECT_GT(found.largest, 1);
+    EXPECT_LT(found.worst, 1e-12 * found.largest);
   }
 }
 
@@ -93,26 +67,10 @@ INSTANTIATE_TEST_SUITE_P(Versions, StateSpaceFmuExport, ::testing::Values(2, 3),
 
 TEST_P(StateSpaceFmuExport, TheFmuGivesTheForcesOfTheLibrary) {
   const ControllerDesign d = drawn_design(12, 3, true);
-  const Importer fmu = import(d);
-  void* const c = fmu.instantiate(false, fmu.token);
-  ASSERT_NE(c, nullptr);
-  ASSERT_EQ(fmu.enter_initialization(c, 0), 0);
-  ASSERT_EQ(fmu.call("ExitInitializationMode", c), 0);
-  control::Controller mine = control::make_controller(d);
-  double worst = 0, largest = 0;
-  for (const Measurement& m : testing::run_down_readings()) {
-    const double in[] = {m.x, m.y, m.beta, m.omega, m.omega_dot};
-    const char* names[] = {"x", "y", "beta", "omega", "omega_dot"};
-    for (int i = 0; i < 5; ++i) ASSERT_EQ(fmu.set(c, names[i], in[i]), 0);
-    ASSERT_EQ(fmu.step(c, m.t, 1e-3), 0);
-    const auto u = mine.step(m);
-    if (!u) break;  // the supervision's last step
-    worst = std::max({worst, std::abs(fmu.get(c, "ux") - u->ux), std::abs(fmu.get(c, "uy") - u->uy)});
-    largest = std::max(largest, std::abs(u->ux));
-  }
-  EXPECT_GT(largest, 1);
-  EXPECT_LE(worst, 1e-12 * largest);
-  fmu.free(c);
+  StepDifference found;
+  compare_fmu(import(d), d, testing::run_down_readings(), found);
+  EXPECT_GT(found.largest, 1);
+  EXPECT_LE(found.worst, 1e-12 * found.largest);
 }
 
 }  // namespace

@@ -15,36 +15,58 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// z'' + 2 zeta w z' + w^2 z = e (Omega^2 - i alpha) e^{i beta} by Runge-Kutta, x = Re z; from 1 to 30 Hz in 14 s.
-/// `size`: of a vibration at `order` times the speed.
+/// A run of constant acceleration.
+struct Run {
+  double start, alpha, dt;  // rad/s, rad/s^2, s
+  Eigen::Index samples;
+  double angle(double t) const { return start * t + 0.5 * alpha * t * t; }
+};
+
+/// x = Re z of z'' + 2 zeta w z' + w^2 z = e (Omega^2 - i alpha) e^{i beta}, by Runge-Kutta, `parts` steps a sample.
+Eigen::VectorXd whirl_of(double w, double zeta, double e, const Run& run, int parts = 1) {
+  Eigen::VectorXd x(run.samples);
+  Complex z = 0, v = 0;
+  const auto rate = [&](double t, Complex place, Complex speed) {
+    const double omega = run.start + run.alpha * t;
+    return -2 * zeta * w * speed - w * w * place +
+           e * Complex(omega * omega, -run.alpha) * std::polar(1.0, run.angle(t));
+  };
+  const double h = run.dt / parts;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    x[i] = z.real();
+    for (int part = 0; part < parts; ++part) {
+      const double t = run.dt * static_cast<double>(i) + part * h;
+      const Complex a1 = rate(t, z, v), v2 = v + 0.5 * h * a1, a2 = rate(t + 0.5 * h, z + 0.5 * h * v, v2);
+      const Complex v3 = v + 0.5 * h * a2, a3 = rate(t + 0.5 * h, z + 0.5 * h * v2, v3);
+      const Complex v4 = v + h * a3, a4 = rate(t + h, z + h * v3, v4);
+      z += h / 6 * (v + 2.0 * v2 + 2.0 * v3 + v4);
+      v += h / 6 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+    }
+  }
+  return x;
+}
+
+Recording recorded(const Run& run, Eigen::VectorXd x) {
+  Eigen::VectorXd beta(run.samples);
+  for (Eigen::Index i = 0; i < run.samples; ++i) beta[i] = run.angle(run.dt * static_cast<double>(i));
+  Recording record;
+  record.dt = run.dt;
+  record.add("x", Quantity::displacement, std::move(x));
+  record.add("beta", Quantity::angle, std::move(beta));
+  return record;
+}
+
+/// From 1 to 30 Hz in 14 s. `size`: of a vibration at `order` times the speed.
 Recording run_up(std::uint64_t seed, double size, double order = 0.45) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0, 2e-6);
   std::uniform_real_distribution<double> even(0, 1);
-  const double w = kTwoPi * (10 + 5 * even(random)), zeta = 0.004 + 0.004 * even(random), e = 2e-4, dt = 1e-3;
-  const double start = kTwoPi, alpha = kTwoPi * 29 / 14;
-  Eigen::VectorXd x(14000), beta(14000);
-  Complex z = 0, v = 0;
-  const auto angle = [&](double t) { return start * t + 0.5 * alpha * t * t; };
-  const auto rate = [&](double t, Complex place, Complex speed) {
-    const double omega = start + alpha * t;
-    return -2 * zeta * w * speed - w * w * place + e * Complex(omega * omega, -alpha) * std::polar(1.0, angle(t));
-  };
-  for (Eigen::Index i = 0; i < x.size(); ++i) {
-    const double t = dt * static_cast<double>(i), h = dt;
-    x[i] = z.real() + noise(random) + size * std::cos(order * angle(t));
-    beta[i] = angle(t);
-    const Complex a1 = rate(t, z, v), v2 = v + 0.5 * h * a1, a2 = rate(t + 0.5 * h, z + 0.5 * h * v, v2);
-    const Complex v3 = v + 0.5 * h * a2, a3 = rate(t + 0.5 * h, z + 0.5 * h * v2, v3);
-    const Complex v4 = v + h * a3, a4 = rate(t + h, z + h * v3, v4);
-    z += h / 6 * (v + 2.0 * v2 + 2.0 * v3 + v4);
-    v += h / 6 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
-  }
-  Recording record;
-  record.dt = dt;
-  record.add("x", Quantity::displacement, x);
-  record.add("beta", Quantity::angle, beta);
-  return record;
+  const double w = kTwoPi * (10 + 5 * even(random)), zeta = 0.004 + 0.004 * even(random);
+  const Run run{kTwoPi, kTwoPi * 29 / 14, 1e-3, 14000};
+  Eigen::VectorXd x = whirl_of(w, zeta, 2e-4, run);
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    x[i] += noise(random) + size * std::cos(order * run.angle(run.dt * static_cast<double>(i)));
+  return recorded(run, std::move(x));
 }
 
 bool names(const VibrationFinding& f, Cause cause) { return std::ranges::count(f.causes, cause) > 0; }
@@ -80,40 +102,13 @@ TEST(RunFindingsProperty, AHalfOrderThatFollowsTheSpeedStaysOne) {
 Recording two_passages(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> even(0, 1);
-  const double start = kTwoPi * 5, alpha = kTwoPi * 161 / 60, dt = 1e-3;
-  const double w[] = {kTwoPi * (11 + 5 * even(random)), kTwoPi * (135 + 20 * even(random))};
-  const double zeta[] = {0.004 + 0.012 * even(random), 0.015}, e[] = {1e-5, 3e-5};
+  const double first = kTwoPi * (11 + 5 * even(random)), second = kTwoPi * (135 + 20 * even(random));
+  const Run run{kTwoPi * 5, kTwoPi * 161 / 60, 1e-3, 60000};
+  Eigen::VectorXd x =
+      whirl_of(first, 0.004 + 0.012 * even(random), 1e-5, run, 2) + whirl_of(second, 0.015, 3e-5, run, 2);
   std::normal_distribution<double> noise(0, 2e-6);
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(60000), beta(60000);
-  const auto angle = [&](double t) { return start * t + 0.5 * alpha * t * t; };
-  for (Eigen::Index i = 0; i < x.size(); ++i) {
-    x[i] = noise(random);
-    beta[i] = angle(dt * static_cast<double>(i));
-  }
-  for (int k = 0; k < 2; ++k) {
-    Complex z = 0, v = 0;
-    const auto rate = [&](double t, Complex place, Complex speed) {
-      const double omega = start + alpha * t;
-      return -2 * zeta[k] * w[k] * speed - w[k] * w[k] * place +
-             e[k] * Complex(omega * omega, -alpha) * std::polar(1.0, angle(t));
-    };
-    for (Eigen::Index i = 0; i < x.size(); ++i) {
-      x[i] += z.real();
-      for (int half = 0; half < 2; ++half) {  // two steps a sample
-        const double h = 0.5 * dt, t = dt * static_cast<double>(i) + half * h;
-        const Complex a1 = rate(t, z, v), v2 = v + 0.5 * h * a1, a2 = rate(t + 0.5 * h, z + 0.5 * h * v, v2);
-        const Complex v3 = v + 0.5 * h * a2, a3 = rate(t + 0.5 * h, z + 0.5 * h * v2, v3);
-        const Complex v4 = v + h * a3, a4 = rate(t + h, z + h * v3, v4);
-        z += h / 6 * (v + 2.0 * v2 + 2.0 * v3 + v4);
-        v += h / 6 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
-      }
-    }
-  }
-  Recording record;
-  record.dt = dt;
-  record.add("x", Quantity::displacement, x);
-  record.add("beta", Quantity::angle, beta);
-  return record;
+  for (double& value : x) value += noise(random);
+  return recorded(run, std::move(x));
 }
 
 // Also where a later passage is the larger one.

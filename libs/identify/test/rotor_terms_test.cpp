@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "found_in.hpp"
 #include "whirl/identify/identify.hpp"
-#include "whirl/testing/machines.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -12,10 +12,6 @@ namespace {
 using namespace testing;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-RotorIdentification found_in(Oddity oddity, unsigned seed, double snr) {
-  return identify_rotor_detailed({rotor_record(machine_record(draw_machine(oddity, seed), snr, seed))});
-}
 
 void expect_close(const RotorIdentification& r, const char* name, double truth) {
   const Estimate& e = *r.model.parameter(name);

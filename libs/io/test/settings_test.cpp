@@ -73,6 +73,15 @@ TEST(Settings, EveryRefusalNamesFileLineKeyAndWhatIsAllowed) {
   EXPECT_THAT(error_of([] { parse_settings("a = [1, \"x\"]", "b.toml"); }), HasSubstr("array of numbers or"));
 }
 
+// A number without a dimension has no suffix and no unit, in messages neither.
+TEST(Settings, MessagesOfPlainNumbersNameNoUnit) {
+  const Settings s = parse_settings("E = -2.0\n", "r.toml");
+  EXPECT_THAT(error_of([&] { (void)s.require_number("E", Quantity::dimensionless, 1, 9); }),
+              AllOf(HasSubstr("r.toml:1: E = -2"), ::testing::EndsWith("between 1 and 9")));
+  EXPECT_THAT(error_of([&] { (void)s.require_number("m.rho", Quantity::dimensionless); }),
+              ::testing::EndsWith("no key 'm.rho'"));
+}
+
 TEST(Settings, UnknownKeysAreRefusedWithTheNearestName) {
   const Settings s = parse_settings("[rotor]\nmass_kg = 1\nspeeed_rpm = 3\n", "rig.toml");
   s.number("rotor.mass", Quantity::mass, 0);

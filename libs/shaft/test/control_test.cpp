@@ -8,7 +8,6 @@
 #include <random>
 
 #include "control/closed_loop.hpp"
-#include "control/riccati.hpp"
 #include "control/sampled_plant.hpp"
 #include "rotors.hpp"
 #include "whirl/core/error.hpp"
@@ -31,31 +30,6 @@ using Eigen::VectorXd;
 using testing::kRpm;
 
 Rotor levitated_rotor() { return parse_rotor(rotor_template("levitated"), "levitated"); }
-
-/// x = a x + u with unit weights: X^2 - a^2 X - 1 = 0.
-TEST(ShaftControlReference, RiccatiOfOneState) {
-  for (const double a : {0.5, 1.0, 2.0, 30.0}) {
-    const MatrixXd one = MatrixXd::Ones(1, 1);
-    const Riccati r = solve_riccati(a * one, one, one, one);
-    EXPECT_NEAR(r.solution(0, 0) / ((a * a + std::sqrt(a * a * a * a + 4)) / 2), 1, 1e-12);
-  }
-}
-
-TEST(ShaftControlProperty, RiccatiStabilisesRandomSystems) {
-  std::mt19937_64 random(11);
-  std::normal_distribution<double> normal;
-  for (int run = 0; run < 100; ++run) {
-    const int n = 2 + run % 9;
-    const auto draw = [&](int rows, int cols) {
-      return MatrixXd(MatrixXd::NullaryExpr(rows, cols, [&] { return normal(random); }));
-    };
-    const MatrixXd a = draw(n, n), b = draw(n, 2), q = MatrixXd::Identity(n, n), r = MatrixXd::Identity(2, 2);
-    const Riccati x = solve_riccati(a, b, q, r);
-    ASSERT_LT(x.residual, 1e-9) << run;
-    const MatrixXd gain = (r + b.transpose() * x.solution * b).inverse() * b.transpose() * x.solution * a;
-    EXPECT_LT(MatrixXd(a - b * gain).eigenvalues().cwiseAbs().maxCoeff(), 1) << run;
-  }
-}
 
 /// A mass without damping on a spring, held force: (1 - cos w T) / k and sin(w T) / (m w) after a step.
 TEST(ShaftControlReference, SampledPlantOfOneMass) {
@@ -114,26 +88,6 @@ TEST(ShaftControlReference, SensitivityOfOneLoop) {
     const auto control = -by_reading / (1.0 + by_force);
     EXPECT_NEAR(loop.sensitivity(w)[0], std::abs(1.0 / (1.0 - plant(0, 0) * control)), 1e-7) << w;
   }
-}
-
-/// The steady forces of a run are those of the transfer functions: no sample more or less between them.
-TEST(ShaftControlReference, RunAgreesWithTransferFunctions) {
-  const Rotor rotor = parse_rotor(rotor_template("active-centrifuge"), "active");
-  ControlOptions o;
-  o.from = o.to = 2193 * kRpm;
-  o.schedule = 1;
-  o.checked = 1;
-  o.adaptation = 0;
-  const ControlDesign d = design_rotor_control(rotor, o);
-  const System reduced = reduce(assemble(rotor)).system;
-  RunOptions run;
-  run.from = run.to = o.to;
-  run.duration = 4;
-  run.sample_time = o.sample_time;
-  run.control = sampled_forces(rotor, reduced, d.controller);
-  const RotorRun r = simulate_run(reduced, run);
-  const double size = r.forces.row(0).tail(2000).cwiseAbs().maxCoeff();
-  EXPECT_NEAR(size / d.points.front().turning_force[0], 1, 1e-2);
 }
 
 /// Random magnets, discs and masses: what is not refused stays bounded in a run with more modes.
@@ -266,6 +220,49 @@ TEST(ShaftControlRefusal, ModesThatTheControllerDoesNotKnow) {
     spilled = has(list, ControlCase::full_model);
   }
   EXPECT_TRUE(spilled);
+}
+
+/// A controller of other probes or actuators is no controller of this rotor.
+TEST(ShaftControlRefusal, ProbesOfAnotherMachine) {
+  const Rotor other = parse_rotor(rotor_template("active-centrifuge"), "active");
+  try {
+    check_rotor_control(other, levitated(), levitated_options());
+    ADD_FAILURE();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("bowl x"), std::string::npos) << e.what();
+  }
+}
+
+/// A force that turns above the limit is cut: said where it is, and only there.
+TEST(ShaftControlRefusal, TurningForceAboveTheLimitIsNamed) {
+  Rotor rotor = levitated_rotor();
+  const ControlOptions o = levitated_options();
+  RotorController c = levitated();
+  EXPECT_EQ(check_rotor_control(rotor, c, o).summary.find(FindingCode::requirement_missed), nullptr);
+  for (Actuator& a : c.actuators) a.force_limit = 0.1;
+  const ControlDesign d = check_rotor_control(rotor, c, o);
+  const Finding* f = d.summary.find(FindingCode::requirement_missed);
+  ASSERT_NE(f, nullptr);
+  EXPECT_GT(f->amount("value"), f->amount("most"));
+  EXPECT_NE(f->where.find("turning force"), std::string::npos) << f->where;
+}
+
+/// The limits of the machine hold in a run, whatever the controller was designed for.
+TEST(ShaftControlRefusal, TheMachinesOwnLimitsHoldInARun) {
+  Rotor rotor = levitated_rotor();
+  const System many = reduce(assemble(rotor), {.modes = 8}).system;
+  for (Actuator& a : rotor.actuators) a.force_limit = 0.5, a.slew = 100;
+  RunOptions run;
+  run.from = run.to = 3000 * kRpm;
+  run.duration = 0.05;
+  run.sample_time = levitated().sample_time;
+  run.tolerance = 1;
+  run.from_rest = true;
+  run.control = sampled_forces(rotor, many, levitated());
+  const RotorRun r = simulate_run(many, run);
+  EXPECT_LE(r.forces.cwiseAbs().maxCoeff(), 0.5);
+  const auto steps = r.forces.rightCols(r.forces.cols() - 1) - r.forces.leftCols(r.forces.cols() - 1);
+  EXPECT_LE(steps.cwiseAbs().maxCoeff(), 100 * run.sample_time * (1 + 1e-9));
 }
 
 TEST(ShaftControlRefusal, SensitivityAboveTheLimitIsNamed) {

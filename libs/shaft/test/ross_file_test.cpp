@@ -148,6 +148,9 @@ TEST(RossFileReference, WhatCannotBeHeldIsRefusedByName) {
       {changed("E = 211000000000", "E = \"hard\""), "must be a number"},
       {sound + "[\"GearElement_g\"]\nn = 2\nm = 3\n", "GearElement"},
       {sound + bearing(5, 3, 1, 1, "n_link = 40"), "n_link"},
+      {sound + bearing(5, 3, 1, 1, "n_link = 3"), "another node"},
+      {changed("kyy = [ 1000000,]\n", ""), "kyy"},
+      {sound + "[PointMass_a]\nn = 9\nm = 1\n[PointMass_b]\nn = 9\nm = 2\n", "another PointMass"},
       {"[rotor]\nname = \"whirl\"\n", "rotor"},
       {"", "ShaftElement"}};
   for (const auto& [text, word] : cases) try {

@@ -188,6 +188,7 @@ void run_search(Search& search) {
   global.set_min_objective(nlopt_objective, &search);
   optimize(global, u, value, search);
 
+  if (budget < 3) return;  // a limit of 0 would be none
   u = search.best_u;
   nlopt::opt local(nlopt::LN_SBPLX, n);
   local.set_lower_bounds(0);

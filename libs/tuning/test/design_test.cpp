@@ -170,6 +170,18 @@ TEST(DesignProperty, SameResultForAnyNumberOfThreads) {
   EXPECT_GE(calls, 4);
 }
 
+// The second part of the search has a third of the budget: of two evaluations none.
+TEST(DesignUnit, ASearchOfAnyBudgetEnds) {
+  const rig::RigParameters rig;
+  for (const int budget : {1, 2, 3}) {
+    DesignOptions o = options_for(rig, "lsmc", "lpf", budget);
+    o.progress = [&](const DesignProgress& p) {
+      if (p.evaluation > 20) throw std::runtime_error("goes on");
+    };
+    EXPECT_NO_THROW(design(identified_model(rig), o)) << budget;
+  }
+}
+
 TEST(DesignUnit, FixedParametersAreNotTouched) {
   const rig::RigParameters rig;
   DesignOptions o = options_for(rig, "tsmc", "lpf", 3);

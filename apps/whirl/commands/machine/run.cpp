@@ -126,8 +126,8 @@ void add_run(CommandLine& app, Session& session) {
       ->existing_file()
       ->input();
   o->fmu.add_to(sub);
-  sub->add_flag("--off-nominal", o->off_nominal,
-                "18 machines the controller was not made for, with supervision and without");
+  Option* const off_nominal = sub->add_flag(
+      "--off-nominal", o->off_nominal, "18 machines the controller was not made for, with supervision and without");
   sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced")->range(0, 1000);
   sub->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
   sub->add_option("--seed", o->loop.run.seed, "of the sensor noise")->show_default();
@@ -137,14 +137,22 @@ void add_run(CommandLine& app, Session& session) {
   sub->add_flag("--repeat", o->repeat, "with --monitor: the simulated rig begins its profile again at the end")
       ->group("Live view");
   o->view.add_to(sub);
-  sub->add_option("--sliding", o->sliding,
-                  "CSV of S, V = S^2/2, dV/dt and their bound (paper, eqs. 28 to 42); fails where eq. 42 does not hold")
-      ->output("text");
-  sub->add_option("--sliding-figure", o->sliding_figure,
-                  "the same as a figure: S, disturbance, V, dV/dt (.svg, .png, .pdf, .csv)")
-      ->output();
-  sub->add_option("--log", o->log, "CSV of every tick: true and measured motion, forces, sliding variables")
-      ->output("record");
+  Option* const sliding =
+      sub->add_option(
+             "--sliding", o->sliding,
+             "CSV of S, V = S^2/2, dV/dt and their bound (paper, eqs. 28 to 42); fails where eq. 42 does not hold")
+          ->output("record");
+  Option* const figure = sub->add_option("--sliding-figure", o->sliding_figure,
+                                         "the same as a figure: S, disturbance, V, dV/dt (.svg, .png, .pdf, .csv)")
+                             ->output();
+  Option* const log =
+      sub->add_option("--log", o->log, "CSV of every tick: true and measured motion, forces, sliding variables")
+          ->output("record");
+  // Of the simulated run alone; the others have no such ticks.
+  for (Option* of_ticks : {sliding, figure})
+    for (const char* other : {"--off-nominal", "--fmu", "--io", "--monitor"}) of_ticks->excludes(other);
+  for (const char* other : {"--off-nominal", "--io"}) log->excludes(other);
+  for (const char* other : {"--fmu", "--io", "--monitor"}) off_nominal->excludes(other);
 }
 
 }  // namespace whirl::app

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
+#include <cmath>
 
 #include "parameters.hpp"
 #include "whirl/control/laws/lqi_gains.hpp"
 #include "whirl/control/laws/mpc.hpp"
+#include "whirl/core/riccati.hpp"
 
 namespace whirl::control {
 namespace {
@@ -93,27 +94,15 @@ Parameters lqi_measures(const ControllerDesign&, double top_speed) {
 LqiGains lqi_gains(double k1, double c, double omega, double h, const LqiScales& s) {
   const SampledAxis axis = sample_axis(k1, c, h);
   const std::complex<double> turn = unit_phasor(omega * h);
-  Eigen::Matrix3cd a;
+  Eigen::MatrixXcd a(3, 3), b(3, 1), q = Eigen::MatrixXcd::Zero(3, 3);
   a << axis.a00, axis.a01, 0, axis.a10, axis.a11, 0, h * turn, 0, turn;
-  const Eigen::Vector3cd b(axis.b0, axis.b1, 0);
-  const Eigen::Vector3d weights(1 / s.position, 1 / s.velocity, 1 / s.integral);
-  const Eigen::Matrix3cd q = weights.array().square().matrix().cast<std::complex<double>>().asDiagonal();
-  const double r = 1 / (s.control * s.control);
-  Eigen::Matrix3cd f = a, g = b * b.adjoint() / r, x = q;
-  constexpr int kDoublings = 60;
-  for (int k = 0; k < kDoublings; ++k) {
-    const Eigen::Matrix3cd w = (Eigen::Matrix3cd::Identity() + g * x).inverse(), wf = w * f,
-                           step = f.adjoint() * x * wf;
-    g += f * w * g * f.adjoint();
-    x += step;
-    f = (f * wf).eval();
-    if (step.norm() <= 1e-15 * x.norm()) break;
-  }
-  const Eigen::RowVector3cd gain = (b.adjoint() * x * a) / (r + (b.adjoint() * x * b).value().real());
-  const Eigen::Matrix3cd closed = a - b * gain, rest = a.adjoint() * x * closed + q - x;
-  LqiGains out{gain[0], gain[1], gain[2]};
-  out.residual = rest.norm() / x.norm();
-  out.spectral_radius = Eigen::ComplexEigenSolver<Eigen::Matrix3cd>(closed, false).eigenvalues().cwiseAbs().maxCoeff();
+  b << axis.b0, axis.b1, 0;
+  q.diagonal() << std::pow(s.position, -2), std::pow(s.velocity, -2), std::pow(s.integral, -2);
+  const Eigen::MatrixXcd r = Eigen::MatrixXcd::Constant(1, 1, std::pow(s.control, -2));
+  const Riccati<Eigen::MatrixXcd> found = solve_riccati<Eigen::MatrixXcd>(a, b, q, r);
+  const Eigen::MatrixXcd gain = riccati_gain<Eigen::MatrixXcd>(a, b, r, found.solution);
+  LqiGains out{gain(0, 0), gain(0, 1), gain(0, 2), found.residual};
+  out.spectral_radius = Eigen::MatrixXcd(a - b * gain).eigenvalues().cwiseAbs().maxCoeff();
   return out;
 }
 

@@ -120,12 +120,11 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
                         OutputErrorOptions& active) {
   using detail::Beside;
   using detail::RotorSearch;
-  detail::FitMemo memo(records);
   std::unique_ptr<RotorSearch> best;
   const auto misfit = [&] { return best ? best->misfit() : INFINITY; };
   const auto search = [&](const RotorModel& start, const std::vector<std::complex<double>>& eps,
                           const OutputErrorOptions& with, Beside beside = Beside::nothing) {
-    return std::make_unique<RotorSearch>(records, start, eps, with, options, beside, 0, &memo);
+    return std::make_unique<RotorSearch>(records, start, eps, with, options, beside);
   };
   /// A model with more in it that does not explain the records either must leave half of what the simpler one does.
   const auto take = [&](std::unique_ptr<RotorSearch> other, double share) {

@@ -31,10 +31,9 @@ Growth begin(const std::vector<RotorRecord>& records, const RotorModel& start, c
 
 RotorSearch::RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
                          std::vector<Complex> start_eps, const OutputErrorOptions& active,
-                         const RotorIdentifyOptions& options, Beside beside, double delay, FitMemo* memo)
+                         const RotorIdentifyOptions& options, Beside beside, double delay)
     : records_(records),
       options_(options),
-      memo_(memo),
       rare_(beside == Beside::rare_terms),
       given_(beside == Beside::no_search),
       modes_(beside == Beside::modes),

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <optional>
 
-#include "growth/fit_memo.hpp"
 #include "growth/rotor_candidates.hpp"
 #include "rules/chi_square.hpp"
 
@@ -19,14 +18,12 @@ enum class Beside {
 
 /// Output-error fit from the start given, then the forward score test: the most significant candidate is taken up and
 /// all is refined and simulated again, until none reaches the threshold. A term that the trajectory does not confirm by
-/// a likelihood ratio of the same size is refused. When the first fit fails its summary says why. `memo`: shared by
-/// searches of the same records; it must live as long.
+/// a likelihood ratio of the same size is refused. When the first fit fails its summary says why.
 class RotorSearch {
  public:
   RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
               std::vector<std::complex<double>> start_eps, const OutputErrorOptions& active,
-              const RotorIdentifyOptions& options, Beside beside = Beside::nothing, double delay = 0,
-              FitMemo* memo = nullptr);
+              const RotorIdentifyOptions& options, Beside beside = Beside::nothing, double delay = 0);
 
   bool usable() const { return fit_.summary.status != Status::unusable; }
   /// Chi-square of the weak equations or of the trajectory, the larger; infinite where there is no model.
@@ -98,7 +95,6 @@ class RotorSearch {
 
   const std::vector<RotorRecord>& records_;
   const RotorIdentifyOptions& options_;
-  FitMemo* memo_;     // of searches of the same records; null: none
   const bool rare_;   // rare terms are tried as the others are
   const bool given_;  // the model stays as it is given
   const bool modes_;  // modes of any frequency are among the candidates

@@ -46,11 +46,7 @@ bool ran_out(const OutputErrorFit& fit, const Growth& growth) {
 }
 
 OutputErrorFit RotorSearch::fit(const Growth& g, const std::vector<Complex>& start_eps) const {
-  const bool plain = g.forces.empty() && !g.bow;  // what a memo knows
-  if (plain && memo_ != nullptr)
-    if (const OutputErrorFit* made = memo_->find(g, start_eps)) return *made;
   OutputErrorFit found = fit_with_forces(records_, g.start, g.active, start_eps, g.delay, g.forces);
-  if (plain && memo_ != nullptr) memo_->keep(g, start_eps, found);
   // The force of a bow follows from what is found: c and the bow change it by little.
   for (int pass = 0; g.bow && pass < 2 && found.summary.status != Status::unusable; ++pass) {
     OutputErrorOptions active = g.active;

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "control/closed_loop.hpp"
-#include "control/riccati.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/riccati.hpp"
 #include "whirl/shaft/distrust.hpp"
 
 namespace whirl::shaft {
@@ -69,17 +69,13 @@ class Designer {
       weight.topLeftCorner(n, n).setIdentity();
       const Observed seen = observed(p);
       const MatrixXd noise = std::pow(read / (rates.observer * o_.sample_time), 2) * MatrixXd::Identity(q, q);
-      const Riccati regulator = solve_riccati(p.a, p.b, weight, force);
-      const Riccati observer = solve_riccati(seen.a.transpose(), seen.c.transpose(), seen.disturbance, noise);
+      const MatrixXd back = seen.a.transpose(), read_back = seen.c.transpose();
+      const auto regulator = solve_riccati<MatrixXd>(p.a, p.b, weight, force);
+      const auto observer = solve_riccati<MatrixXd>(back, read_back, seen.disturbance, noise);
       if (!(regulator.residual < kResidual && observer.residual < kResidual)) return false;
-      const MatrixXd xb = regulator.solution * p.b, yc = observer.solution * seen.c.transpose();
-      MatrixXd gain = MatrixXd::Zero(m, seen.a.rows());
-      gain.leftCols(p.a.rows()) =
-          Eigen::PartialPivLU<MatrixXd>(MatrixXd(force + p.b.transpose() * xb)).solve(MatrixXd(xb.transpose() * p.a));
-      const MatrixXd inject = Eigen::PartialPivLU<MatrixXd>(MatrixXd(noise + seen.c * yc))
-                                  .solve(MatrixXd(yc.transpose() * seen.a.transpose()));
-      const MatrixXd readings = inject.transpose();
-      gain -= seen.cancel;
+      MatrixXd gain = -seen.cancel;
+      gain.leftCols(p.a.rows()) += riccati_gain<MatrixXd>(p.a, p.b, force, regulator.solution);
+      const MatrixXd readings = riccati_gain<MatrixXd>(back, read_back, noise, observer.solution).transpose();
       c.gains.push_back({speeds_[k], seen.a - readings * seen.c, readings, seen.b, gain});
     }
     return true;

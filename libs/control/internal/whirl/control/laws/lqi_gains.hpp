@@ -9,7 +9,7 @@ struct LqiScales {
 };
 
 /// Gains of z'' = -k1 z - c z' + a, eta' = i omega eta + z, sampled with a held: minimises the sum of |z/position|^2 +
-/// |v/velocity|^2 + |eta/integral|^2 + |a/control|^2. Discrete Riccati equation by doubling (Chu, Fan, Lin, Wang 2004).
+/// |v/velocity|^2 + |eta/integral|^2 + |a/control|^2.
 struct LqiGains {
   std::complex<double> z, v, integral;  ///< 1/s^2, 1/s, 1/s^3
   double residual = 0;                  ///< of the Riccati equation, relative
