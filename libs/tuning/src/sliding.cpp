@@ -39,6 +39,11 @@ bool has_reaching_term(const std::map<std::string, double>& values) {
 
 }  // namespace
 
+bool SlidingStudy::reached_in_time() const {
+  const double tick = time.size() > 1 ? time[1] - time[0] : 0;
+  return reached <= reach_bound + tick;
+}
+
 std::optional<Finding> SlidingStudy::missed() const {
   if (largest_disturbance < switching_gain) return {};
   return Finding{FindingCode::sliding_bound_missed,
@@ -53,6 +58,7 @@ std::optional<SlidingStudy> sliding_study(const ControllerDesign& design, const 
   const std::map<std::string, double> values = control::resolve_parameters(design);
   if (!has_reaching_term(values)) return {};
   SlidingStudy out;
+  out.skip = skip;
   out.switching_gain = values.at("switching_gain");
   const double rho = out.switching_gain, eps = values.at("boundary_layer");
   const auto n = static_cast<std::size_t>(log.size());

@@ -31,7 +31,7 @@ report::Table sliding_table(const tuning::SlidingStudy& study) {
   t.columns = {{"requirement", "", report::Align::left}, {"value", ""}, {"limit", ""}, {"met", ""}};
   const bool holds = !study.missed();
   const auto seconds = [](double s) { return std::isfinite(s) ? fmt::format("{:.3g} s", s) : std::string("none"); };
-  t.add({"disturbance, largest of the run", fmt::format("{:.3g} m/s^2", study.largest_disturbance),
+  t.add({fmt::format("disturbance, largest after {:.3g} s", study.skip), fmt::format("{:.3g} m/s^2", study.largest_disturbance),
          fmt::format("below {:.3g} m/s^2, the switching gain", study.switching_gain), yes_or_no(holds)});
   t.add({"time with the disturbance above the switching gain", fmt::format("{:.2f} %", 100 * study.share_above), "0 %",
          yes_or_no(study.share_above == 0)});
@@ -40,7 +40,7 @@ report::Table sliding_table(const tuning::SlidingStudy& study) {
            "0 %", yes_or_no(study.share_outside == 0)});
     t.add({"|S| stays below", fmt::format("{:.3g} m/s", study.layer), "", ""});
     t.add({"time to reach it", seconds(study.reached), "at most " + seconds(study.reach_bound),
-           yes_or_no(study.reached <= study.reach_bound)});
+           yes_or_no(study.reached_in_time())});
   }
   return t;
 }
@@ -56,29 +56,42 @@ std::string sliding_csv(const tuning::SlidingStudy& s) {
 
 report::Figure sliding_figure(const tuning::SlidingStudy& s) {
   const Eigen::VectorXd time = column(s.time);
-  const report::Axis t{"time", report::kSecond};
+  const double begin = s.time.front(), end = s.time.back();
   report::Figure out;
   out.title = "Reaching the sliding surface";
   out.description = fmt::format(
-      "Sliding variables, disturbance, V = S^2/2 and its derivative along the run. The largest disturbance is {:.3g} "
-      "m/s^2, the switching gain {:.3g} m/s^2.",
-      s.largest_disturbance, s.switching_gain);
-  out.shared_x = true;
-  report::Panel& surface = out.panel("", t, {"S", largest_unit(s.s, Quantity::velocity)});
-  surface.line("x", time, column(s.s[0]));
-  surface.line("y", time, column(s.s[1]));
-  if (std::isfinite(s.layer)) {
-    surface.horizontal(s.layer, "layer");
-    surface.horizontal(-s.layer, "");
-  }
-  if (std::isfinite(s.reached)) surface.vertical(s.time.front() + s.reached, "reached");
-  report::Panel& pushed = out.panel("", t, {"disturbance", largest_unit(s.disturbance, Quantity::acceleration)});
+      "Left, the whole run: sliding variables, disturbance and V = S^2/2. Right, its start: sliding variables, V and "
+      "the derivative of V. The largest disturbance after {:.3g} s is {:.3g} m/s^2, the switching gain {:.3g} m/s^2.",
+      s.skip, s.largest_disturbance, s.switching_gain);
+  out.width = 1000;
+  out.columns = 2;
+  // The surface is reached in a small part of the run, which would be one vertical line in it.
+  const double reach = std::isfinite(s.reached) ? s.reached : 0;
+  const double shown = std::min(begin + std::max(4 * reach, 0.1), end);
+  const report::Axis whole{"time", report::kSecond, report::Scale::linear, begin, end};
+  const report::Axis start{"time", report::kSecond, report::Scale::linear, begin, shown};
+  const report::Axis energy{"V", {report::pretty_unit("m^2/s^2")}};
+  const auto surface = [&](const char* title, const report::Axis& t) {
+    report::Panel& panel = out.panel(title, t, {"S", largest_unit(s.s, Quantity::velocity)});
+    panel.line("x", time, column(s.s[0]));
+    panel.line("y", time, column(s.s[1]));
+    if (std::isfinite(s.layer)) {
+      panel.horizontal(s.layer, "layer");
+      panel.horizontal(-s.layer, "");
+    }
+    if (std::isfinite(s.reached)) panel.vertical(begin + s.reached, "reached");
+  };
+  surface("whole run", whole);
+  surface("start", start);
+  report::Panel& pushed = out.panel("", whole, {"disturbance", largest_unit(s.disturbance, Quantity::acceleration)});
   pushed.line("x", time, column(s.disturbance[0]));
   pushed.line("y", time, column(s.disturbance[1]));
   pushed.horizontal(s.switching_gain, "switching gain, eq. 42");
   pushed.horizontal(-s.switching_gain, "");
-  out.panel("", t, {"V", {report::pretty_unit("m^2/s^2")}}).line("", time, column(s.v));
-  report::Panel& rate = out.panel("", t, {"dV/dt", {report::pretty_unit("m^2/s^3")}});
+  pushed.span(begin, std::min(begin + s.skip, end), "not judged");
+  out.panel("", start, energy).line("", time, column(s.v));
+  out.panel("", whole, energy).line("", time, column(s.v));
+  report::Panel& rate = out.panel("", start, {"dV/dt", {report::pretty_unit("m^2/s^3")}});
   rate.line("dV/dt", time, column(s.v_rate));
   rate.line("bound outside the layer, eq. 39", time, column(s.bound));
   return out;

@@ -24,6 +24,7 @@ struct SlidingStudy {
   std::vector<double> v, v_rate;                      ///< V, m^2/s^2, and dV/dt, m^2/s^3
   std::array<std::vector<double>, 2> s, disturbance;  ///< S, m/s, and Delta, m/s^2, of x and y
   std::vector<double> bound;                          ///< -kappa (|S_x| + |S_y|), m^2/s^3; 0 where kappa is not above 0
+  double skip = 0;                                     ///< start that is not judged, s
   double switching_gain = 0;                          ///< rho, m/s^2
   double largest_disturbance = 0;                     ///< of either axis after `skip`, m/s^2
   double share_above = 0;                             ///< of the ticks after `skip`, with |Delta| >= rho on an axis
@@ -31,6 +32,9 @@ struct SlidingStudy {
   double layer = 0;                                   ///< bound of |S| that the layer leaves, m/s; infinite: none
   double reach_bound = 0;                             ///< |S(0)| / kappa, s; infinite where kappa is not above 0
   double reached = 0;  ///< first time from which |S| stays in the layer, s; infinite: never
+
+  /// The surface is reached within its bound, to the tick at which S is read.
+  bool reached_in_time() const;
 
   /// sliding_bound_missed (unusable) where rho is not above the disturbance; nothing: the argument holds on this run.
   std::optional<Finding> missed() const;
