@@ -201,11 +201,15 @@ def links(root, program):
 
 
 def snippets(root, program):
-    """README's C++ is that of the project which the suite builds against the installed package."""
+    """README's C++ is that of the project which the suite builds against the installed package, the tutorial's that of an example."""
     shown = re.findall(r"^    ((?:auto|if \(|whirl::|#include).*?)(?:\s+//.*)?$", (root / "README.md").read_text(), re.M)
     built = [line.strip() for line in (root / "tests/consumer/main.cpp").read_text().split("\n")]
     wrong = [f"README.md: `{line}` is not in tests/consumer/main.cpp" for line in shown if line not in built]
-    return wrong + ([] if len(shown) > 5 else [f"only {len(shown)} lines of C++ found in README.md"])
+    tutorial = (root / "docs/start/tutorial.md").read_text().split("And in C++")[1].split("Both print")[0]
+    lines = [line.strip().replace('"examples/data/hammer.csv.gz"', "argv[1]") for line in tutorial.split("\n")[1:] if line.startswith("    ")]
+    example = [line.strip() for line in (root / "examples/cpp/hammer_modes.cpp").read_text().split("\n")]
+    wrong += [f"docs/start/tutorial.md: `{line}` is not in examples/cpp/hammer_modes.cpp" for line in lines if line not in example]
+    return wrong + ([] if len(shown) > 5 and len(lines) > 5 else [f"only {len(shown)} and {len(lines)} lines of C++ found"])
 
 
 def words(root, _):

@@ -93,20 +93,12 @@ py::tuple simulate(const PythonRotor& r, double from, double to, double seconds,
                                       .set("passages", shaft::passages_json(made.passages))));
 }
 
-py::tuple control(const PythonRotor& r, double from, double to, double rate_hz, int modes, int schedule, int points,
-                  double sensitivity, double adaptation, double share, double force_weight, bool unbalance_known,
-                  const std::optional<shaft::RotorController>& given) {
-  const shaft::ControlOptions options{from,
-                                      to,
-                                      given ? given->sample_time : 1 / rate_hz,
-                                      modes,
-                                      schedule,
-                                      points,
-                                      sensitivity,
-                                      adaptation,
-                                      share,
-                                      force_weight,
-                                      unbalance_known};
+py::tuple control(const PythonRotor& r, double from, double to, const std::string& law, double rate_hz, int modes,
+                  int schedule, int points, double sensitivity, double adaptation, double share, double force_weight,
+                  bool unbalance_known, const std::optional<shaft::RotorController>& given) {
+  const shaft::ControlOptions options{law,        from,     to,           given ? given->sample_time : 1 / rate_hz,
+                                      modes,      schedule, points,       sensitivity,
+                                      adaptation, share,    force_weight, unbalance_known};
   shaft::ControlDesign d;
   {
     const py::gil_scoped_release unlocked;
@@ -212,7 +204,7 @@ void bind_shaft(py::module_& m) {
       .def("simulate", &simulate, py::arg("start"), py::arg("stop"), py::arg("seconds"), py::arg("rate_hz"),
            py::arg("full"), py::arg("modes"), py::arg("weight"), py::arg("noise_db"), py::arg("seed"),
            py::arg("controller"))
-      .def("control", &control, py::arg("start"), py::arg("stop"), py::arg("rate_hz"), py::arg("modes"),
+      .def("control", &control, py::arg("start"), py::arg("stop"), py::arg("law"), py::arg("rate_hz"), py::arg("modes"),
            py::arg("schedule"), py::arg("points"), py::arg("sensitivity"), py::arg("adaptation"), py::arg("share"),
            py::arg("force_weight"), py::arg("unbalance_known"), py::arg("given"))
       .def("fit", &fit, py::arg("records"), py::arg("restarts"))

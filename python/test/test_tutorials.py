@@ -1,6 +1,7 @@
 """Every tutorial runs; what it prints and draws becomes a notebook and a page."""
 import base64
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -34,6 +35,15 @@ def test_tutorial(script):
                 assert base64.b64decode(output["data"]["image/png"]).startswith(b"\x89PNG")
     text, files = render.page(script.stem, parts, results)
     assert all(f"]({name})" in text for name, _ in files)
+
+
+def test_the_page_on_measured_data(monkeypatch, capsys):
+    root = TUTORIALS.parents[1]
+    monkeypatch.chdir(root)
+    text = (root / "docs/start/tutorial.md").read_text()
+    exec(textwrap.dedent(text.split("The same in Python:")[1].split("And in C++")[0]), {})
+    found = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert found == ["695.74", "1898.05", "2777.59"]
 
 
 def test_a_tutorial_whose_claim_fails_is_told():

@@ -14,9 +14,9 @@ using Eigen::Index;
 
 std::vector<RotorPlace> rotor_places(const shaft::Rotor& rotor, const shaft::System& system) {
   std::vector<RotorPlace> list;
-  for (const shaft::Probe& p : rotor.probes) list.push_back({p.name, system.node_at(p.position), p.angle, true});
+  for (const shaft::Probe& p : rotor.probes) list.push_back({p.name, system.node_at(p.position), p});
   if (list.empty())
-    for (const shaft::Disc& d : rotor.discs) list.push_back({d.name, system.node_at(d.position), 0, false});
+    for (const shaft::Disc& d : rotor.discs) list.push_back({d.name, system.node_at(d.position), {}});
   return list;
 }
 
@@ -24,11 +24,12 @@ std::vector<PlaceCurve> place_curves(const shaft::Rotor& rotor, const shaft::Sys
   std::vector<PlaceCurve> curves;
   const auto count = static_cast<Index>(r.speeds.size());
   for (const RotorPlace& p : rotor_places(rotor, system)) {
-    PlaceCurve c{p.probe ? p.name : p.name + " major axis", system.nodes[static_cast<std::size_t>(p.node)], p.angle,
+    const double angle = p.probe ? p.probe->angle : 0;
+    PlaceCurve c{p.probe ? p.name : p.name + " major axis", system.nodes[static_cast<std::size_t>(p.node)], angle,
                  Eigen::VectorXd(count), Eigen::VectorXd(count)};
     for (Index k = 0; k < count; ++k) {
       const std::complex<double> x = r.x(p.node, k), y = r.y(p.node, k),
-                                 z = p.probe ? shaft::probe_reading(x, y, p.angle) : x;
+                                 z = p.probe ? shaft::probe_reading(x, y, angle) : x;
       c.amplitude[k] = p.probe ? std::abs(z) : shaft::orbit(x, y).major;
       c.phase[k] = -std::arg(z);
     }

@@ -79,7 +79,9 @@ Recording recorded(const RotorRecord& r, const std::vector<shaft::Accelerometer>
     const std::string name = column_name(p.name);
     const Eigen::VectorXd x = r.run.x.row(p.node).transpose(), y = r.run.y.row(p.node).transpose();
     if (p.probe) {
-      record.add(name, Quantity::displacement, std::cos(p.angle) * x + std::sin(p.angle) * y);
+      Eigen::VectorXd reading = std::cos(p.probe->angle) * x + std::sin(p.probe->angle) * y;
+      for (Index k = 0; k < reading.size(); ++k) reading[k] += p.probe->runout_at(r.run.angle[k]);
+      record.add(name, Quantity::displacement, std::move(reading));
     } else {
       record.add(name + "_x", Quantity::displacement, x);
       record.add(name + "_y", Quantity::displacement, y);

@@ -232,9 +232,12 @@ void add_answers(const response::PeriodicSystem& system, const SteadyOptions& o,
   const double low = std::min(o.curve.from, o.curve.to), high = std::max(o.curve.from, o.curve.to);
   for (const double omega : o.at) {
     require_range("--at-rpm", omega / kRadPerSecPerRpm, low / kRadPerSecPerRpm, high / kRadPerSecPerRpm, "rpm");
+    const auto first = static_cast<std::ptrdiff_t>(found.answers.size());
     look_in(found.curve, omega);
     for (const auto* others : {&found.branches, &found.isolas})
       for (const response::ResponseCurve& other : *others) look_in(other, omega);
+    // The motions that the machine can have first.
+    std::stable_partition(found.answers.begin() + first, found.answers.end(), &SteadyAnswer::stable);
   }
 }
 

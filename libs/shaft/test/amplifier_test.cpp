@@ -87,11 +87,14 @@ TEST(ShaftAmplifierRefusal, SlowAmplifierThatTheDesignDidNotKnow) {
 }
 
 /// Magnets carry a lying rotor: what sags at first comes back to where the probes read zero.
-TEST(ShaftAmplifierProperty, ForcesThatCarryTheWeightAreLearned) {
+class ShaftLawsProperty : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(ShaftLawsProperty, ForcesThatCarryTheWeightAreLearned) {
   Rotor rotor = rotor_of("levitated", 800);
   rotor.vertical = false;
   rotor.unbalances.clear();
   ControlOptions o = magnet_options();
+  o.law = GetParam();
   o.adaptation = 0;
   const ControlDesign d = design_rotor_control(rotor, o);
   EXPECT_TRUE(d.refused.empty());
@@ -118,6 +121,8 @@ TEST(ShaftAmplifierProperty, ForcesThatCarryTheWeightAreLearned) {
     EXPECT_LT(std::abs(y[y.size() - 1]), 2e-7) << p.name;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(All, ShaftLawsProperty, ::testing::ValuesIn(control_laws()));
 
 TEST(ShaftAmplifierFile, BandwidthIsKept) {
   Rotor rotor = rotor_of("levitated", 750);

@@ -51,6 +51,11 @@ TEST(RotorFitReference, BearingsFromRunsThroughBothCriticals) {
     EXPECT_NEAR(law.damping[0](1, 1) / truth.cy, 1, 0.06);
     EXPECT_NEAR(fit.rotor.unbalances[k].size / machine.rig.masses[k].size, 1, 0.01);
   }
+  // The fitted rotor's probes have the runout of the machine's.
+  for (std::size_t p = 0; p < machine.rig.probes.size(); ++p) {
+    const Probe& probe = fit.rotor.probes[p];
+    EXPECT_LT(std::abs(std::polar(probe.runout, probe.runout_angle) - machine.rig.probes[p].runout), 2e-7) << p;
+  }
   EXPECT_TRUE(fit.weak.empty()) << fit.weak.front().words;
   EXPECT_FALSE(fit.next.empty());
 }

@@ -115,16 +115,17 @@ class Rotor:
             raise _whirl.Error(summary.warnings[-1])
         return record, summary, document
 
-    def control(self, from_rpm, to_rpm, *, rate_hz=5000.0, modes=6, schedule=6, points=25, sensitivity=3.0, adaptation_per_s=2.0,
+    def control(self, from_rpm, to_rpm, *, law="lqg", rate_hz=5000.0, modes=6, schedule=6, points=25, sensitivity=3.0, adaptation_per_s=2.0,
                 share=0.8, force_weight=0.1, unbalance_unknown=False):
-        """A controller of all actuators from all probes. It is `refused` where the loop is unstable at any speed, also with
-        changes of the machine (docs/rotor.md); then `summary.status` is unusable."""
-        return RotorControl(*self._rotor.control(_RPM * from_rpm, _RPM * to_rpm, rate_hz, modes, schedule, points, sensitivity,
+        """A controller: law "lqg" of all actuators from all probes, "pid" of each actuator from the displacement beside it. It is
+        `refused` where the loop is unstable at any speed, also with changes of the machine (docs/rotor.md); then
+        `summary.status` is unusable."""
+        return RotorControl(*self._rotor.control(_RPM * from_rpm, _RPM * to_rpm, law, rate_hz, modes, schedule, points, sensitivity,
                                                  adaptation_per_s, share, force_weight, not unbalance_unknown, None))
 
     def check_control(self, control, from_rpm, to_rpm, *, points=25, sensitivity=3.0):
         """The same table of a controller (a RotorControl, or its file) on this rotor."""
-        return RotorControl(*self._rotor.control(_RPM * from_rpm, _RPM * to_rpm, 5000.0, 6, 6, points, sensitivity, 2.0, 0.8, 0.1,
+        return RotorControl(*self._rotor.control(_RPM * from_rpm, _RPM * to_rpm, "lqg", 5000.0, 6, 6, points, sensitivity, 2.0, 0.8, 0.1,
                                                  True, _controller(control)))
 
     def passages(self, control, from_rpm, to_rpm, seconds, *, rate_hz=1000.0, full=False, modes=8, weight=False, seed=1):

@@ -50,6 +50,7 @@ void add_rotor_import(CommandLine& rotor, Session& session) {
         session.say(fmt::format("{}: {:.4g} m, {:.4g} kg; sections {}, discs {}, bodies {}, bearings and mounts {}",
                                 o->out, r.length(), r.mass(), r.sections.size(), r.discs.size(), r.bodies.size(),
                                 r.supports.size()));
+        session.result(shaft::import_json(imported, summary));
         session.finish(summary);
       });
   sub->add_option("FILE", o->file, "rotor that ROSS saved (.toml)")->input()->required();

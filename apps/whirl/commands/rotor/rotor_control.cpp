@@ -12,7 +12,7 @@ namespace whirl::app {
 namespace {
 
 struct RotorControlOptions {
-  std::string rotor, out, controller;
+  std::string rotor, out, controller, law = "lqg";
   double from_rpm = 0, to_rpm = 0, rate_hz = 5000, sensitivity = 3, adaptation = 2, share = 80, force_weight = 0.1;
   int modes = 6, schedule = 6, points = 25;
   bool unbalance_unknown = false;
@@ -60,6 +60,7 @@ void rotor_control(const RotorControlOptions& o, Session& session) {
     throw Error::in_field("--to-rpm", fmt::format("{:g}", o.to_rpm), "at or above --from-rpm");
   const shaft::Rotor rotor = shaft::read_rotor(o.rotor);
   shaft::ControlOptions options;
+  options.law = o.law;
   options.from = o.from_rpm * kRadPerSecPerRpm;
   options.to = o.to_rpm * kRadPerSecPerRpm;
   options.sample_time = 1 / o.rate_hz;
@@ -74,11 +75,14 @@ void rotor_control(const RotorControlOptions& o, Session& session) {
   shaft::ControlDesign design;
   if (o.controller.empty()) {
     design = shaft::design_rotor_control(rotor, options);
-    session.say(
-        fmt::format("feedback           {} states at {:g} Hz, {} speeds; weights: regulator {:.3g} 1/s, observer "
-                    "{:.3g} 1/s",
-                    design.controller.states(), o.rate_hz, design.controller.gains.size(), design.feedback_rate,
-                    design.observer_rate));
+    std::string numbers;
+    for (const Amount& number : design.numbers) {
+      std::string name = number.name;
+      std::ranges::replace(name, '_', ' ');
+      numbers += fmt::format(", {} {:.3g}{}{}", name, number.value, number.unit.empty() ? "" : " ", number.unit);
+    }
+    session.say(fmt::format("feedback           {}, {} states at {:g} Hz{}", design.law, design.controller.states(),
+                            o.rate_hz, numbers));
   } else {
     const shaft::RotorController given = shaft::load_rotor_controller(o.controller);
     options.sample_time = given.sample_time;
@@ -110,6 +114,10 @@ void add_rotor_control(CommandLine& rotor, Session& session) {
   sub->add_option("ROTOR", o->rotor, "rotor file")->input()->required();
   sub->add_option("--from-rpm", o->from_rpm, "lowest speed")->range(0, 1e7)->required();
   sub->add_option("--to-rpm", o->to_rpm, "highest speed")->range(1e-3, 1e7)->required();
+  sub->add_option("--law", o->law,
+                  "feedback: lqg (all probes and actuators together) or pid (each actuator on its own)")
+      ->one_of(shaft::control_laws())
+      ->show_default();
   sub->add_option("--rate-hz", o->rate_hz, "samples of the controller a second")->range(1, 1e6)->show_default();
   sub->add_option("--modes", o->modes, "modes of a plane in the model of the controller")
       ->range(1, 100)

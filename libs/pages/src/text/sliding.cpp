@@ -31,7 +31,8 @@ report::Table sliding_table(const tuning::SlidingStudy& study) {
   t.columns = {{"requirement", "", report::Align::left}, {"value", ""}, {"limit", ""}, {"met", ""}};
   const bool holds = !study.missed();
   const auto seconds = [](double s) { return std::isfinite(s) ? fmt::format("{:.3g} s", s) : std::string("none"); };
-  t.add({fmt::format("disturbance, largest after {:.3g} s", study.skip), fmt::format("{:.3g} m/s^2", study.largest_disturbance),
+  t.add({fmt::format("disturbance, largest after {:.3g} s", study.skip),
+         fmt::format("{:.3g} m/s^2", study.largest_disturbance),
          fmt::format("below {:.3g} m/s^2, the switching gain", study.switching_gain), yes_or_no(holds)});
   t.add({"time with the disturbance above the switching gain", fmt::format("{:.2f} %", 100 * study.share_above), "0 %",
          yes_or_no(study.share_above == 0)});

@@ -47,7 +47,12 @@ Point read_point(const JsonReader& in) { return {in.at("part").text(), in.at("po
 Json controller_json(const RotorController& c) {
   Json probes = Json::array(), actuators = Json::array(), gains = Json::array(), synchronous = Json::array();
   for (const Probe& p : c.probes)
-    probes.push(Json::object().set("name", p.name).set("position", p.position).set("angle", p.angle));
+    probes.push(Json::object()
+                    .set("name", p.name)
+                    .set("position", p.position)
+                    .set("angle", p.angle)
+                    .set("runout", p.runout)
+                    .set("runout_angle", p.runout_angle));
   for (const Actuator& a : c.actuators)
     actuators.push(Json::object()
                        .set("name", a.name)
@@ -85,12 +90,16 @@ RotorController read_controller(const JsonReader& in) {
   in.require_schema("whirl.rotor_controller", 1);
   RotorController c;
   c.sample_time = in.at("sample_time").number();
+  const auto later = [](const JsonReader& part, const char* key) {  // files of earlier programs are without it
+    return part.has(key) ? part.at(key).number() : 0;
+  };
   for (const JsonReader& p : in.at("probes").items())
-    c.probes.push_back({p.at("name").text(), p.at("position").number(), p.at("angle").number()});
+    c.probes.push_back({p.at("name").text(), p.at("position").number(), p.at("angle").number(), later(p, "runout"),
+                        later(p, "runout_angle")});
   for (const JsonReader& a : in.at("actuators").items())
     c.actuators.push_back({a.at("name").text(), read_point(a.at("on")), read_point(a.at("against")),
                            a.at("angle").number(), a.at("force_limit").number(), a.at("slew").number(),
-                           a.at("bias_stiffness").number(), a.has("bandwidth") ? a.at("bandwidth").number() : 0});
+                           a.at("bias_stiffness").number(), later(a, "bandwidth")});
   for (const JsonReader& g : in.at("gains").items())
     c.gains.push_back({g.at("speed").number(), read_rows(g.at("advance")), read_rows(g.at("readings")),
                        read_rows(g.at("forces")), read_rows(g.at("feedback"))});
@@ -142,16 +151,16 @@ Json control_design_json(const ControlDesign& d) {
   Json refused = Json::array();
   for (const ControlRefusal& r : d.refused)
     refused.push(Json::object().set("with", to_string(r.with)).set("speed", r.speed));
-  return io::start_document("whirl.rotor_control", 1)
-      .set("summary", io::to_json(d.summary))
+  Json document = io::start_document("whirl.rotor_control", 1);
+  if (!d.law.empty()) document.set("law", d.law);
+  for (const Amount& number : d.numbers) document.set(number.name, number.value);
+  return document.set("summary", io::to_json(d.summary))
       .set("sample_time", d.controller.sample_time)
       .set("actuators", std::move(actuators))
       .set("points", std::move(points))
       .set("refused", std::move(refused))
       .set("worst_sensitivity", d.worst_sensitivity)
-      .set("force_noise", d.force_noise)
-      .set("feedback_rate", d.feedback_rate)
-      .set("observer_rate", d.observer_rate);
+      .set("force_noise", d.force_noise);
 }
 
 }  // namespace whirl::shaft

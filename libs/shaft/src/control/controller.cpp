@@ -99,7 +99,9 @@ void RotorControl::turn(const Eigen::VectorXd& readings, double angle, double sp
   adapted_ = (vector_ - g.start) / square;
 }
 
-const Eigen::VectorXd& RotorControl::step(const Eigen::VectorXd& readings, double angle, double speed) {
+const Eigen::VectorXd& RotorControl::step(const Eigen::VectorXd& seen, double angle, double speed) {
+  Eigen::VectorXd readings = seen;
+  for (std::size_t k = 0; k < c_.probes.size(); ++k) readings[static_cast<Index>(k)] -= c_.probes[k].runout_at(angle);
   const ControlGains g = c_.at(speed);
   state_ = (g.advance * state_ + g.readings * readings + g.forces * force_).eval();
   turn(readings, angle, speed);

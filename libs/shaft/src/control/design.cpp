@@ -1,15 +1,16 @@
 #include "whirl/shaft/control/design.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "control/closed_loop.hpp"
+#include "control/laws/law.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/core/riccati.hpp"
 #include "whirl/shaft/distrust.hpp"
 
 namespace whirl::shaft {
@@ -22,9 +23,9 @@ using Eigen::VectorXd;
 
 namespace {
 
+constexpr const Law* kLaws[] = {&kLqg, &kPid};
+
 constexpr int kTurningSpeeds = 120;
-constexpr double kResidual = 1e-6;  // of a Riccati equation that counts as solved
-constexpr double kStillRate = 50;   // at which forces that do not change are learned, at most, 1/s
 
 double speed_at(const ControlOptions& o, int k, int count) {
   return count < 2 ? o.to : o.from + (o.to - o.from) * k / (count - 1);
@@ -32,53 +33,33 @@ double speed_at(const ControlOptions& o, int k, int count) {
 
 constexpr LoopChange kLoopChanges[] = {{}, {.gain = 0.8}, {.gain = 1.2}, {.delay = 1}};
 
-/// Weights of the regulator and of the observer, as rates (1/s).
-struct Rates {
-  double feedback = 0, observer = 0;
-};
+const Law& law_of(const ControlOptions& o) {
+  for (const Law* law : kLaws)
+    if (law->name == o.law) return *law;
+  throw Error::in_field("law", o.law, fmt::format("{}", fmt::join(control_laws(), ", ")));
+}
 
 class Designer {
  public:
   Designer(const Rotor& rotor, const ControlOptions& o) : o_(o), plants_(rotor, assemble(rotor), o.modes) {
-    empty_.sample_time = o.sample_time;
-    empty_.probes = rotor.probes;
-    empty_.actuators = rotor.actuators;
-    for (std::size_t j = 0; j < rotor.actuators.size(); ++j)
-      if (rotor.actuators[j].bias_stiffness < 0) carrying_.push_back(static_cast<Index>(j));
+    task_.sample_time = o.sample_time;
+    task_.probes = rotor.probes;
+    task_.actuators = rotor.actuators;
     const int count = o.from < o.to ? o.schedule : 1;
     for (int k = 0; k < count; ++k) {
-      speeds_.push_back(speed_at(o, k, count));
-      at_.push_back(plants_.at(speeds_.back(), o.sample_time));
+      task_.speeds.push_back(speed_at(o, k, count));
+      task_.plants.push_back(plants_.at(task_.speeds.back(), o.sample_time));
     }
   }
 
-  /// Feedback at every speed of the schedule; false where an equation has no solution.
-  bool feedback(const Rates& rates, RotorController& c) const {
-    c = empty_;
-    for (std::size_t k = 0; k < at_.size(); ++k) {
-      const SampledPlant& p = at_[k];
-      const Index n = p.motion, m = p.b.cols(), q = p.c.rows();
-      const double read = p.c.colwise().norm().maxCoeff();
-      MatrixXd force = MatrixXd::Zero(m, m);
-      double largest = 0;
-      for (const Actuator& a : c.actuators) largest = std::max(largest, a.force_limit);
-      for (Index j = 0; j < m; ++j)
-        force(j, j) =
-            std::pow(p.push / rates.feedback * largest / c.actuators[static_cast<std::size_t>(j)].force_limit, 2);
-      MatrixXd weight = MatrixXd::Zero(p.a.rows(), p.a.rows());
-      weight.topLeftCorner(n, n).setIdentity();
-      const Observed seen = observed(p);
-      const MatrixXd noise = std::pow(read / (rates.observer * o_.sample_time), 2) * MatrixXd::Identity(q, q);
-      const MatrixXd back = seen.a.transpose(), read_back = seen.c.transpose();
-      const auto regulator = solve_riccati<MatrixXd>(p.a, p.b, weight, force);
-      const auto observer = solve_riccati<MatrixXd>(back, read_back, seen.disturbance, noise);
-      if (!(regulator.residual < kResidual && observer.residual < kResidual)) return false;
-      MatrixXd gain = -seen.cancel;
-      gain.leftCols(p.a.rows()) += riccati_gain<MatrixXd>(p.a, p.b, force, regulator.solution);
-      const MatrixXd readings = riccati_gain<MatrixXd>(back, read_back, noise, observer.solution).transpose();
-      c.gains.push_back({speeds_[k], seen.a - readings * seen.c, readings, seen.b, gain});
-    }
-    return true;
+  /// Feedback of the law; false where these numbers have none.
+  bool feedback(const Law& law, const std::array<double, 2>& numbers, RotorController& c) const {
+    c = {};
+    c.sample_time = o_.sample_time;
+    c.probes = task_.probes;
+    c.actuators = task_.actuators;
+    c.gains = law.gains(task_, numbers);
+    return !c.gains.empty();
   }
 
   /// The turning part: least squares of all readings, at speeds close enough for its changes.
@@ -113,9 +94,9 @@ class Designer {
     for (int halvings = 0; halvings < 12 && !learns(c); ++halvings) c.adaptation /= 2;
   }
   bool learns(const RotorController& c) const {
-    for (std::size_t k = 0; k < at_.size(); ++k)
+    for (std::size_t k = 0; k < task_.plants.size(); ++k)
       for (const LoopChange& change : kLoopChanges)
-        if (!ClosedLoop(at_[k], c, speeds_[k], change).stable()) return false;
+        if (!ClosedLoop(task_.plants[k], c, task_.speeds[k], change).stable()) return false;
     return true;
   }
 
@@ -124,11 +105,11 @@ class Designer {
   double score(const RotorController& c) const {
     constexpr double kEnough = 0.2;
     double damping = kEnough, peak = 0, noise = 0;
-    for (std::size_t k = 0; k < at_.size(); ++k) {
-      const ClosedLoop loop(at_[k], c, speeds_[k], {.synchronous = false});
+    for (std::size_t k = 0; k < task_.plants.size(); ++k) {
+      const ClosedLoop loop(task_.plants[k], c, task_.speeds[k], {.synchronous = false});
       for (LoopChange change : kLoopChanges) {
         change.synchronous = false;
-        if (!(ClosedLoop(at_[k], c, speeds_[k], change).growth() < 0)) return -1e9;
+        if (!(ClosedLoop(task_.plants[k], c, task_.speeds[k], change).growth() < 0)) return -1e9;
       }
       peak = std::max(peak, loop.sensitivity_peak().maxCoeff());
       damping = std::min(damping, least_damping(loop.poles()));
@@ -146,36 +127,9 @@ class Designer {
   const PlantFamily& plants() const { return plants_; }
 
  private:
-  /// What the observer estimates: the plant, and forces that do not change beside those of the actuators that carry
-  /// the rotor. `cancel`: minus them.
-  struct Observed {
-    MatrixXd a, b, c, disturbance, cancel;
-  };
-  Observed observed(const SampledPlant& p) const {
-    const Index n = p.a.rows(), m = p.b.cols(), still = static_cast<Index>(carrying_.size()), half = p.motion / 2;
-    Observed s{MatrixXd::Identity(n + still, n + still), MatrixXd::Zero(n + still, m),
-               MatrixXd::Zero(p.c.rows(), n + still), 1e-6 * MatrixXd::Identity(n + still, n + still),
-               MatrixXd::Zero(m, n + still)};
-    s.a.topLeftCorner(n, n) = p.a;
-    s.b.topRows(n) = p.b;
-    s.c.leftCols(n) = p.c;
-    s.disturbance.block(half, half, half, half).setIdentity();
-    for (Index k = 0; k < still; ++k) {
-      const Index j = carrying_[static_cast<std::size_t>(k)];
-      s.a.block(0, n + k, n, 1) = p.b.col(j);
-      s.cancel(j, n + k) = -1;
-      // Beside unit kicks of the speeds in every sample a walk of this size is followed at kStillRate.
-      s.disturbance(n + k, n + k) = std::pow(kStillRate / p.push, 2);
-    }
-    return s;
-  }
-
   ControlOptions o_;
   PlantFamily plants_;
-  RotorController empty_;
-  std::vector<Index> carrying_;  // magnets
-  std::vector<double> speeds_;
-  std::vector<SampledPlant> at_;
+  LawTask task_;
 };
 
 void require_options(const Rotor& rotor, const ControlOptions& o) {
@@ -328,30 +282,48 @@ ControlDesign check_rotor_control(const Rotor& rotor, const RotorController& con
   return d;
 }
 
+namespace {
+
+std::vector<double> tried(const LawNumber& number, const ControlOptions& o) {
+  std::vector<double> values;
+  const double unit = number.unit == "1/s" ? 1 / o.sample_time : 1;
+  for (int k = 0; k < number.count; ++k)
+    values.push_back(unit * number.low * std::pow(number.high / number.low, k / (number.count - 1.0)));
+  return values;
+}
+
+}  // namespace
+
+std::vector<std::string> control_laws() {
+  std::vector<std::string> names;
+  for (const Law* law : kLaws) names.emplace_back(law->name);
+  return names;
+}
+
 ControlDesign design_rotor_control(const Rotor& rotor, const ControlOptions& o) {
   constexpr int kTried = 8;
   require_options(rotor, o);
+  const Law& law = law_of(o);
   const Designer designer(rotor, o);
-  std::vector<std::pair<double, Rates>> ranked;
-  for (int i = 0; i <= 16; ++i)
-    for (int j = 0; j <= 8; ++j) {
-      // Rates from 1e-4 to 1 of the sample rate.
-      const Rates rates{std::pow(10, -4 + 0.25 * i) / o.sample_time, std::pow(10, -3 + 0.5 * j) / o.sample_time};
+  std::vector<std::pair<double, std::array<double, 2>>> ranked;
+  for (const double first : tried(law.numbers[0], o))
+    for (const double second : tried(law.numbers[1], o)) {
       RotorController c;
-      if (designer.feedback(rates, c)) ranked.emplace_back(designer.score(c), rates);
+      if (designer.feedback(law, {first, second}, c)) ranked.push_back({designer.score(c), {first, second}});
     }
   if (ranked.empty())
     throw Error("no controller: an unstable or undamped mode is out of reach of the actuators or the probes");
-  std::ranges::stable_sort(ranked, std::ranges::greater(), &std::pair<double, Rates>::first);
+  std::ranges::stable_sort(ranked, std::ranges::greater(), [](const auto& one) { return one.first; });
   ControlDesign best;
   for (std::size_t k = 0; k < std::min<std::size_t>(kTried, ranked.size()); ++k) {
-    const Rates rates = ranked[k].second;
+    const std::array<double, 2>& numbers = ranked[k].second;
     ControlDesign d;
-    designer.feedback(rates, d.controller);
+    designer.feedback(law, numbers, d.controller);
     designer.turning(d.controller);
     d.refused = refusals(rotor, o, d.controller);
-    d.feedback_rate = rates.feedback;
-    d.observer_rate = rates.observer;
+    d.law = law.name;
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      d.numbers.push_back({std::string(law.numbers[i].name), numbers[i], std::string(law.numbers[i].unit)});
     const bool allowed = d.refused.empty();
     if (k == 0 || allowed) best = std::move(d);
     if (allowed) break;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <cmath>
 
 #include "whirl/core/error.hpp"
 
@@ -15,7 +16,7 @@ namespace {
 
 constexpr std::string_view kHeader = R"(#ifndef @NAME@_h
 #define @NAME@_h
-/* Controller of a flexible rotor, @RATE@ steps a second. Readings in m: @PROBES@.
+/* Controller of a flexible rotor, @RATE@ steps a second. Readings in m, with their runout: @PROBES@.
    Forces in N: @ACTUATORS@; they act from the next step on. angle of the shaft in rad, speed in rad/s. */
 #define @NAME@_STATES @N@
 #define @NAME@_READINGS @P@
@@ -51,11 +52,12 @@ void @NAME@_start(@NAME@_state* s) {
   for (i = 0; i < M; ++i) s->force[i] = s->adapted[i][0] = s->adapted[i][1] = 0;
 }
 
-void @NAME@_step(@NAME@_state* s, const double readings[P], double angle, double speed, double forces[M]) {
+void @NAME@_step(@NAME@_state* s, const double seen[P], double angle, double speed, double forces[M]) {
   double next[N], part, wanted, rate;
   const double square = speed * speed + SLOW, c = cos(angle), d = sin(angle);
-  double turning[M];
+  double turning[M], readings[P];
   int i, j, k = place(gain_speed, GAINS, speed, &part);
+  for (i = 0; i < P; ++i) readings[i] = seen[i] - (runout_re[i] * c - runout_im[i] * d);
   for (i = 0; i < N; ++i) {
     next[i] = 0;
     for (j = 0; j < N; ++j) next[i] += AT(advance, k, part, i * N + j) * s->state[j];
@@ -133,7 +135,11 @@ std::string row(const char* name, const std::vector<double>& values) {
 }
 
 std::string tables(const RotorController& c) {
-  std::vector<double> gain_speed, turning_speed, limit, slew;
+  std::vector<double> gain_speed, turning_speed, limit, slew, runout_re, runout_im;
+  for (const Probe& p : c.probes) {
+    runout_re.push_back(p.runout * std::cos(p.runout_angle));
+    runout_im.push_back(p.runout * std::sin(p.runout_angle));
+  }
   for (const ControlGains& g : c.gains) gain_speed.push_back(g.speed);
   for (const SynchronousGains& g : c.synchronous) turning_speed.push_back(g.speed);
   for (const Actuator& a : c.actuators) {
@@ -142,7 +148,8 @@ std::string tables(const RotorController& c) {
   }
   using G = ControlGains;
   using S = SynchronousGains;
-  return row("gain_speed", gain_speed) + table("advance", c.gains, [](const G& g) { return g.advance; }) +
+  return row("runout_re", runout_re) + row("runout_im", runout_im) + row("gain_speed", gain_speed) +
+         table("advance", c.gains, [](const G& g) { return g.advance; }) +
          table("reading", c.gains, [](const G& g) { return g.readings; }) +
          table("force", c.gains, [](const G& g) { return g.forces; }) +
          table("feedback", c.gains, [](const G& g) { return g.feedback; }) + row("turning_speed", turning_speed) +

@@ -68,10 +68,11 @@ SampledForces sampled_forces(const Rotor& rotor, const System& system, const Rot
     a.force_limit = std::min(a.force_limit, used.actuators[k].force_limit);
     if (const double slew = used.actuators[k].slew; slew > 0) a.slew = a.slew > 0 ? std::min(a.slew, slew) : slew;
   }
-  forces.start = [controller = limited, noise, seed]() -> SampledForces::Step {
+  forces.start = [controller = limited, probes = used.probes, noise, seed]() -> SampledForces::Step {
     auto control = std::make_shared<RotorControl>(controller);
-    return [control, random = std::mt19937_64(seed), spread = std::normal_distribution<double>(0, noise), noise](
-               Eigen::VectorXd y, double angle, double speed) mutable -> Eigen::VectorXd {
+    return [control, probes, random = std::mt19937_64(seed), spread = std::normal_distribution<double>(0, noise),
+            noise](Eigen::VectorXd y, double angle, double speed) mutable -> Eigen::VectorXd {
+      for (std::size_t k = 0; k < probes.size(); ++k) y[static_cast<Index>(k)] += probes[k].runout_at(angle);
       if (noise > 0)
         for (double& reading : y) reading += spread(random);
       return control->step(y, angle, speed);

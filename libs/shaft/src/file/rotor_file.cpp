@@ -24,6 +24,13 @@ constexpr double kLargest = 1e300;
 struct RotorUnit {
   std::string_view suffix;
   double factor;
+
+  /// As in a sentence: the first underscore is "per".
+  std::string text() const {
+    std::string words(suffix);
+    if (const auto at = words.find('_'); at != words.npos) words[at] = '/';
+    return words;
+  }
 };
 constexpr RotorUnit kModulus[] = {{"GPa", 1e9}, {"MPa", 1e6}, {"Pa", 1}};
 constexpr RotorUnit kDensity[] = {{"kg_m3", 1}, {"gram_cm3", 1e3}};
@@ -80,7 +87,7 @@ class RotorReader {
       if (!found) continue;
       if (value) throw s_.error(key, "is given twice");
       if (!(*found * u.factor >= low && *found * u.factor <= high))
-        throw s_.error(key, fmt::format("must be between {:g} and {:g} {}", low / u.factor, high / u.factor, u.suffix));
+        throw s_.error(key, fmt::format("must be between {:g} and {:g} {}", low / u.factor, high / u.factor, u.text()));
       value = *found * u.factor;
     }
     if (!value && s_.find_number(path, Q::dimensionless))
@@ -285,7 +292,8 @@ class RotorReader {
     for (std::size_t k = 0; k < s_.count("probe"); ++k) {
       const std::string at = fmt::format("probe[{}].", k);
       rotor_.probes.push_back({s_.text(at + "name", fmt::format("probe {}", k + 1)), position(at + "position"),
-                               s_.number(at + "angle", Q::angle, 0)});
+                               s_.number(at + "angle", Q::angle, 0), s_.number(at + "runout", Q::displacement, 0, 0),
+                               s_.number(at + "runout_angle", Q::angle, 0)});
     }
   }
 

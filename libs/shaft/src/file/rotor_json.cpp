@@ -20,6 +20,19 @@ Json critical_json(double speed, double frequency, double direction) {
 
 }  // namespace
 
+Json import_json(const ImportedRotor& imported, const Summary& summary) {
+  const Rotor& r = imported.rotor;
+  return io::start_document("whirl.rotor_import", 1)
+      .set("summary", io::to_json(summary))
+      .set("length", r.length())
+      .set("mass", r.mass())
+      .set("polar_inertia", r.polar_inertia())
+      .set("sections", static_cast<long>(r.sections.size()))
+      .set("discs", static_cast<long>(r.discs.size()))
+      .set("bodies", static_cast<long>(r.bodies.size()))
+      .set("supports", static_cast<long>(r.supports.size()));
+}
+
 Json threshold_json(const std::optional<Threshold>& threshold) {
   return threshold ? critical_json(threshold->speed, threshold->frequency, threshold->direction) : Json();
 }

@@ -154,6 +154,9 @@ class RotorText {
       text("name", p.name);
       number("position_m", p.position);
       number("angle_deg", p.angle / kRadPerDegree);
+      if (p.runout == 0) continue;
+      number("runout_m", p.runout);
+      number("runout_angle_deg", p.runout_angle / kRadPerDegree);
     }
     for (const Actuator& a : r_.actuators) {
       open("actuator");

@@ -307,6 +307,11 @@ Rotor with_values(const Rotor& drawn, const ParameterSet& set, const VectorXd& t
     r.unbalances[static_cast<std::size_t>(k)].size = std::abs(u);
     r.unbalances[static_cast<std::size_t>(k)].angle = std::arg(u);
   }
+  for (Index k = 0; k < set.probes; ++k) {
+    const std::complex<double> runout = set.complex_value(t, set.runout + 2 * k);
+    r.probes[static_cast<std::size_t>(k)].runout = std::abs(runout);
+    r.probes[static_cast<std::size_t>(k)].runout_angle = std::arg(runout);
+  }
   for (Index k = 0; k < set.bows; ++k) {
     const std::complex<double> b = set.complex_value(t, set.bow + 2 * k);
     r.bow[static_cast<std::size_t>(k)].size = std::abs(b);

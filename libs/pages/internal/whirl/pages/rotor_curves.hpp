@@ -16,8 +16,7 @@ namespace whirl::pages {
 struct RotorPlace {
   std::string name;
   Eigen::Index node = 0;
-  double angle = 0;  ///< rad, of a probe
-  bool probe = true;
+  std::optional<shaft::Probe> probe;  ///< none: of a disc
 };
 std::vector<RotorPlace> rotor_places(const shaft::Rotor& rotor, const shaft::System& system);
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -118,8 +119,12 @@ struct BowPoint {
 
 struct Probe {
   std::string name;
-  double position = 0;  ///< m
-  double angle = 0;     ///< rad, from x towards y
+  double position = 0;      ///< m
+  double angle = 0;         ///< rad, from x towards y
+  double runout = 0;        ///< once a turn, m: the reading is motion + runout cos(theta + runout_angle)
+  double runout_angle = 0;  ///< rad, theta the angle of the shaft
+
+  double runout_at(double theta) const { return runout * std::cos(theta + runout_angle); }
 };
 
 /// Pushes `a` along its direction and `b`, which carries it, back. A magnetic bearing also pulls with its bias current:

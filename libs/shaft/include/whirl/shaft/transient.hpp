@@ -40,8 +40,8 @@ struct RotorRun {
   Eigen::MatrixXd body_x, body_y;      ///< bodies x samples, m
   Eigen::MatrixXd forces;              ///< actuators x samples, as they acted until the sample, N
   double step = 0;                     ///< of the integration, s
-  /// Estimate of the error of the time steps: a 15th of the change against steps twice as long, as a part of the
-  /// largest deflection.
+  /// Estimate of the error of the time steps: of the change against steps twice as long a 15th, four times a 255th, as
+  /// a part of the largest deflection.
   double step_error = 0;
 };
 /// Throws Error for a duration or sample time that is not positive or a negative speed.

@@ -7,6 +7,7 @@
 #include "whirl/shaft/modes.hpp"
 #include "whirl/shaft/reduction.hpp"
 #include "whirl/shaft/response.hpp"
+#include "whirl/shaft/rotor_file.hpp"
 #include "whirl/shaft/transient.hpp"
 
 namespace whirl::shaft {
@@ -22,6 +23,7 @@ struct Reading {
 /// Documents of docs/formats.md.
 io::Json modes_json(const System& system, double speed, const std::vector<Mode>& modes, const Sag& sag,
                     const MeshCheck& mesh);
+io::Json import_json(const ImportedRotor& imported, const Summary& summary);
 /// Speed, frequency and direction; null for none.
 io::Json threshold_json(const std::optional<Threshold>& threshold);
 io::Json campbell_json(const std::vector<CampbellPoint>& points);

@@ -24,7 +24,7 @@ struct SlidingStudy {
   std::vector<double> v, v_rate;                      ///< V, m^2/s^2, and dV/dt, m^2/s^3
   std::array<std::vector<double>, 2> s, disturbance;  ///< S, m/s, and Delta, m/s^2, of x and y
   std::vector<double> bound;                          ///< -kappa (|S_x| + |S_y|), m^2/s^3; 0 where kappa is not above 0
-  double skip = 0;                                     ///< start that is not judged, s
+  double skip = 0;                                    ///< start that is not judged, s
   double switching_gain = 0;                          ///< rho, m/s^2
   double largest_disturbance = 0;                     ///< of either axis after `skip`, m/s^2
   double share_above = 0;                             ///< of the ticks after `skip`, with |Delta| >= rho on an axis

@@ -54,7 +54,8 @@ double turning_floor(const RotorController& controller);
 class RotorControl {
  public:
   explicit RotorControl(RotorController controller);
-  /// Forces that act from the next sample on, N: limited in size and in rate. Readings in m.
+  /// Forces that act from the next sample on, N: limited in size and in rate. Readings in m, with the runout of the
+  /// probes, which is taken away.
   const Eigen::VectorXd& step(const Eigen::VectorXd& readings, double angle, double speed);
 
  private:

@@ -9,6 +9,7 @@
 namespace whirl::shaft {
 
 struct ControlOptions {
+  std::string law = "lqg";      ///< see control_laws()
   double from = 0, to = 0;      ///< speeds, rad/s
   double sample_time = 2e-4;    ///< s
   int modes = 6;                ///< of a plane, of the model of the controller
@@ -47,14 +48,18 @@ struct ControlDesign {
   std::vector<ControlPoint> points;
   std::vector<ControlRefusal> refused;  ///< empty: stable in every case at every speed
   double worst_sensitivity = 0;
-  double force_noise = 0;  ///< rms force of an actuator for white noise of every probe, at most, N/m
-  double feedback_rate = 0, observer_rate = 0;  ///< found by the search, 1/s
+  double force_noise = 0;       ///< rms force of an actuator for white noise of every probe, at most, N/m
+  std::string law;              ///< empty: the controller was given
+  std::vector<Amount> numbers;  ///< of the law, found by the search
   Summary summary;
 };
 
-/// Linear-quadratic regulator and observer at each speed of the schedule (Anderson and Moore, Optimal Control, 1990,
-/// ch. 8), on the reduced model with one sample of delay. Of a grid of weights the one with most damping whose
-/// sensitivity is allowed and that stays stable in every case.
+/// Laws of the feedback: "lqg", a linear-quadratic regulator with an observer at each speed of the schedule, on the
+/// reduced model; "pid", each actuator on its own from the displacement beside it, the same at every speed.
+std::vector<std::string> control_laws();
+
+/// Feedback by a law with one sample of delay. Of a grid of its two numbers the one with most damping whose sensitivity
+/// is allowed and that stays stable in every case. Then the part that turns.
 ControlDesign design_rotor_control(const Rotor& rotor, const ControlOptions& options);
 /// Looks at a controller on a rotor, which may be another one than it was designed for.
 ControlDesign check_rotor_control(const Rotor& rotor, const RotorController& controller, const ControlOptions& options);

@@ -1,0 +1,76 @@
+#include <algorithm>
+#include <cmath>
+
+#include "control/laws/law.hpp"
+#include "whirl/core/riccati.hpp"
+
+namespace whirl::shaft {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+constexpr double kResidual = 1e-6;  // of a Riccati equation that counts as solved
+constexpr double kStillRate = 50;   // at which forces that do not change are learned, at most, 1/s
+
+/// What the observer estimates: the plant, and forces that do not change beside those of the magnets, which carry the
+/// rotor. `cancel`: minus them.
+struct Observed {
+  MatrixXd a, b, c, disturbance, cancel;
+};
+
+Observed observed(const SampledPlant& p, const std::vector<Actuator>& actuators) {
+  std::vector<Index> carrying;
+  for (std::size_t j = 0; j < actuators.size(); ++j)
+    if (actuators[j].bias_stiffness < 0) carrying.push_back(static_cast<Index>(j));
+  const Index n = p.a.rows(), m = p.b.cols(), still = static_cast<Index>(carrying.size()), half = p.motion / 2;
+  Observed s{MatrixXd::Identity(n + still, n + still), MatrixXd::Zero(n + still, m),
+             MatrixXd::Zero(p.c.rows(), n + still), 1e-6 * MatrixXd::Identity(n + still, n + still),
+             MatrixXd::Zero(m, n + still)};
+  s.a.topLeftCorner(n, n) = p.a;
+  s.b.topRows(n) = p.b;
+  s.c.leftCols(n) = p.c;
+  s.disturbance.block(half, half, half, half).setIdentity();
+  for (Index k = 0; k < still; ++k) {
+    const Index j = carrying[static_cast<std::size_t>(k)];
+    s.a.block(0, n + k, n, 1) = p.b.col(j);
+    s.cancel(j, n + k) = -1;
+    // Beside unit kicks of the speeds in every sample a walk of this size is followed at kStillRate.
+    s.disturbance(n + k, n + k) = std::pow(kStillRate / p.push, 2);
+  }
+  return s;
+}
+
+/// Linear-quadratic regulator and observer at each speed (Anderson and Moore, Optimal Control, 1990, ch. 8).
+std::vector<ControlGains> lqg_gains(const LawTask& task, const std::array<double, 2>& rates) {
+  std::vector<ControlGains> out;
+  double largest = 0;
+  for (const Actuator& a : task.actuators) largest = std::max(largest, a.force_limit);
+  for (std::size_t k = 0; k < task.plants.size(); ++k) {
+    const SampledPlant& p = task.plants[k];
+    const Index n = p.motion, m = p.b.cols(), q = p.c.rows();
+    const double read = p.c.colwise().norm().maxCoeff();
+    MatrixXd force = MatrixXd::Zero(m, m);
+    for (Index j = 0; j < m; ++j)
+      force(j, j) = std::pow(p.push / rates[0] * largest / task.actuators[static_cast<std::size_t>(j)].force_limit, 2);
+    MatrixXd weight = MatrixXd::Zero(p.a.rows(), p.a.rows());
+    weight.topLeftCorner(n, n).setIdentity();
+    const Observed seen = observed(p, task.actuators);
+    const MatrixXd noise = std::pow(read / (rates[1] * task.sample_time), 2) * MatrixXd::Identity(q, q);
+    const MatrixXd back = seen.a.transpose(), read_back = seen.c.transpose();
+    const auto regulator = solve_riccati<MatrixXd>(p.a, p.b, weight, force);
+    const auto observer = solve_riccati<MatrixXd>(back, read_back, seen.disturbance, noise);
+    if (!(regulator.residual < kResidual && observer.residual < kResidual)) return {};
+    MatrixXd gain = -seen.cancel;
+    gain.leftCols(p.a.rows()) += riccati_gain<MatrixXd>(p.a, p.b, force, regulator.solution);
+    const MatrixXd readings = riccati_gain<MatrixXd>(back, read_back, noise, observer.solution).transpose();
+    out.push_back({task.speeds[k], seen.a - readings * seen.c, readings, seen.b, gain});
+  }
+  return out;
+}
+
+}  // namespace
+
+const Law kLqg{"lqg", {{{"feedback_rate", "1/s", 1e-4, 1, 17}, {"observer_rate", "1/s", 1e-3, 10, 9}}}, lqg_gains};
+
+}  // namespace whirl::shaft

@@ -1,0 +1,79 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "control/laws/law.hpp"
+#include "whirl/core/error.hpp"
+
+namespace whirl::shaft {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::RowVectorXd;
+
+/// Weights of the readings that give the displacement along the actuator: of the probes at the nearest place that can.
+RowVectorXd along(const Actuator& a, const std::vector<Probe>& probes) {
+  const auto away = [&](double place) { return std::abs(place - a.a.position); };
+  const auto nearer = [&](double one, double two) { return std::pair(away(one), one) < std::pair(away(two), two); };
+  std::set<double, decltype(nearer)> places(nearer);
+  for (const Probe& p : probes) places.insert(p.position);
+  const Eigen::Vector2d wanted(std::cos(a.angle), std::sin(a.angle));
+  for (const double place : places) {
+    Eigen::Matrix2Xd directions = Eigen::Matrix2Xd::Zero(2, static_cast<Index>(probes.size()));
+    for (std::size_t k = 0; k < probes.size(); ++k)
+      if (probes[k].position == place)
+        directions.col(static_cast<Index>(k)) << std::cos(probes[k].angle), std::sin(probes[k].angle);
+    // A little of the identity: probes of one direction only read what is along it.
+    const Eigen::Matrix2d square = directions * directions.transpose() + 1e-12 * Eigen::Matrix2d::Identity();
+    const RowVectorXd weights = (directions.transpose() * square.inverse() * wanted).transpose();
+    if ((directions * weights.transpose() - wanted).norm() < 1e-6) return weights;
+  }
+  throw Error(
+      fmt::format("actuator '{}': no probe reads along it. The law 'pid' needs a [[probe]] of its angle, or two of "
+                  "different angles at one position. The law 'lqg' needs neither",
+                  a.name));
+}
+
+/// Each actuator on its own, from the displacement beside it: a spring and a damper, with a magnet also the spring that
+/// its bias takes away, and an integral that carries the rotor. The same at every speed. The derivative is that of a
+/// first-order low-pass, a tenth of the period of the loop late or a sample.
+std::vector<ControlGains> pid_gains(const LawTask& task, const std::array<double, 2>& numbers) {
+  const auto [frequency, damping] = numbers;
+  const double step = task.sample_time, mass = 1 / std::pow(task.plants.front().push, 2);
+  const double late = std::max(step, 0.1 / frequency), part = 1 - std::exp(-step / late);
+  const Index count = static_cast<Index>(task.actuators.size()), n = 3 * count;
+  // States of an actuator: displacement, its low-pass, its integral.
+  ControlGains g{task.speeds.front(), MatrixXd::Zero(n, n), MatrixXd::Zero(n, static_cast<Index>(task.probes.size())),
+                 MatrixXd::Zero(n, count), MatrixXd::Zero(count, n)};
+  for (Index j = 0; j < count; ++j) {
+    const Actuator& a = task.actuators[static_cast<std::size_t>(j)];
+    const RowVectorXd weights = along(a, task.probes);
+    const Index at = 3 * j;
+    g.readings.row(at) = weights;
+    g.readings.row(at + 1) = part * weights;
+    g.readings.row(at + 2) = step * weights;
+    g.advance(at + 1, at + 1) = 1 - part;
+    g.advance(at + 2, at + 2) = 1;
+    const double spring = mass * frequency * frequency;
+    // Exact for a displacement that grows evenly.
+    const double rate = 2 * damping * mass * frequency * part / ((1 - part) * step);
+    g.feedback(j, at) = spring - a.bias_stiffness + rate;
+    g.feedback(j, at + 1) = -rate;
+    g.feedback(j, at + 2) = a.bias_stiffness < 0 ? 0.1 * frequency * spring : 0;
+  }
+  std::vector<ControlGains> out{g};
+  if (task.speeds.size() > 1) {
+    out.push_back(g);
+    out.back().speed = task.speeds.back();
+  }
+  return out;
+}
+
+}  // namespace
+
+const Law kPid{"pid", {{{"frequency", "1/s", 1e-4, 1, 17}, {"damping_ratio", "", 0.05, 5, 9}}}, pid_gains};
+
+}  // namespace whirl::shaft
