@@ -237,7 +237,8 @@ void add_answers(const response::PeriodicSystem& system, const SteadyOptions& o,
     for (const auto* others : {&found.branches, &found.isolas})
       for (const response::ResponseCurve& other : *others) look_in(other, omega);
     // The motions that the machine can have first.
-    std::stable_partition(found.answers.begin() + first, found.answers.end(), &SteadyAnswer::stable);
+    std::stable_partition(found.answers.begin() + first, found.answers.end(),
+                          [](const SteadyAnswer& a) { return a.stable; });
   }
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "whirl/io/file.hpp"
+#include "whirl/shaft/rotor_json.hpp"
 
 namespace whirl::app {
 namespace {

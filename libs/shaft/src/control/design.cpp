@@ -26,6 +26,7 @@ namespace {
 constexpr const Law* kLaws[] = {&kLqg, &kPid};
 
 constexpr int kTurningSpeeds = 120;
+constexpr double kCancelled = 1e-3;  // of a command: what is left of it
 
 double speed_at(const ControlOptions& o, int k, int count) {
   return count < 2 ? o.to : o.from + (o.to - o.from) * k / (count - 1);
@@ -53,7 +54,7 @@ class Designer {
   }
 
   /// Feedback of the law; false where these numbers have none.
-  bool feedback(const Law& law, const std::array<double, 2>& numbers, RotorController& c) const {
+  bool feedback(const Law& law, const std::vector<double>& numbers, RotorController& c) const {
     c = {};
     c.sample_time = o_.sample_time;
     c.probes = task_.probes;
@@ -72,26 +73,36 @@ class Designer {
       const ClosedLoop loop(plants_.at(speed, o_.sample_time), c, speed, {.synchronous = false});
       const MatrixXcd influence = loop.influence(speed), acting = loop.forces_of_commands(speed);
       const Index p = influence.rows(), m = influence.cols();
+      if (acting.norm() < kCancelled) {
+        // The feedback takes away whatever is commanded, as an integral does at rest: nothing is to be learned.
+        c.synchronous.push_back({speed, MatrixXcd::Zero(m, p), MatrixXcd::Zero(m, m), VectorXcd::Zero(m), limits(c)});
+        continue;
+      }
       // Near a speed at which the readings do not answer to some forces, those would grow without use.
       const double weight = o_.force_weight * influence.norm() / acting.norm();
       MatrixXcd both(p + m, m);
       both << influence, weight * acting;
       const MatrixXcd inverse =
           Eigen::PartialPivLU<MatrixXcd>(MatrixXcd(both.adjoint() * both)).solve(MatrixXcd(both.adjoint()));
-      SynchronousGains g{speed, inverse.leftCols(p), weight * inverse.rightCols(m), VectorXcd::Zero(m), VectorXd(m)};
+      SynchronousGains g{speed, inverse.leftCols(p), weight * inverse.rightCols(m), VectorXcd::Zero(m), limits(c)};
       const VectorXcd open = plants_.unbalance_readings(speed);
       if (o_.unbalance_known)
         g.start = -g.correction * (loop.output_sensitivity(speed) * open) -
                   g.relief * (loop.forces_of_readings(speed) * open);
       for (Index j = 0; j < g.start.size(); ++j) {
-        g.most[j] =
-            o_.share * c.actuators[static_cast<std::size_t>(j)].force_limit / std::min(1.0, std::abs(acting(j, j)));
+        g.most[j] /= std::min(1.0, std::abs(acting(j, j)));
         if (std::abs(g.start[j]) > g.most[j]) g.start[j] *= g.most[j] / std::abs(g.start[j]);
       }
       c.synchronous.push_back(std::move(g));
     }
     // It must not learn faster than the loop settles.
     for (int halvings = 0; halvings < 12 && !learns(c); ++halvings) c.adaptation /= 2;
+  }
+  /// What the turning part may command where the feedback leaves it as it is, N.
+  VectorXd limits(const RotorController& c) const {
+    VectorXd most(static_cast<Index>(c.actuators.size()));
+    for (Index j = 0; j < most.size(); ++j) most[j] = o_.share * c.actuators[static_cast<std::size_t>(j)].force_limit;
+    return most;
   }
   bool learns(const RotorController& c) const {
     for (std::size_t k = 0; k < task_.plants.size(); ++k)
@@ -284,12 +295,20 @@ ControlDesign check_rotor_control(const Rotor& rotor, const RotorController& con
 
 namespace {
 
-std::vector<double> tried(const LawNumber& number, const ControlOptions& o) {
-  std::vector<double> values;
-  const double unit = number.unit == "1/s" ? 1 / o.sample_time : 1;
-  for (int k = 0; k < number.count; ++k)
-    values.push_back(unit * number.low * std::pow(number.high / number.low, k / (number.count - 1.0)));
-  return values;
+/// Every combination of the numbers of a law.
+std::vector<std::vector<double>> tried(const Law& law, const ControlOptions& o) {
+  std::vector<std::vector<double>> all{{}};
+  for (const LawNumber& number : law.numbers) {
+    const double low = number.low * (number.unit == "1/s" ? 1 / o.sample_time : 1);
+    std::vector<std::vector<double>> longer;
+    for (const std::vector<double>& before : all)
+      for (int k = 0; k < number.count; ++k) {
+        longer.push_back(before);
+        longer.back().push_back(low * std::pow(number.high / number.low, k / (number.count - 1.0)));
+      }
+    all = std::move(longer);
+  }
+  return all;
 }
 
 }  // namespace
@@ -305,18 +324,17 @@ ControlDesign design_rotor_control(const Rotor& rotor, const ControlOptions& o) 
   require_options(rotor, o);
   const Law& law = law_of(o);
   const Designer designer(rotor, o);
-  std::vector<std::pair<double, std::array<double, 2>>> ranked;
-  for (const double first : tried(law.numbers[0], o))
-    for (const double second : tried(law.numbers[1], o)) {
-      RotorController c;
-      if (designer.feedback(law, {first, second}, c)) ranked.push_back({designer.score(c), {first, second}});
-    }
+  std::vector<std::pair<double, std::vector<double>>> ranked;
+  for (const std::vector<double>& numbers : tried(law, o)) {
+    RotorController c;
+    if (designer.feedback(law, numbers, c)) ranked.emplace_back(designer.score(c), numbers);
+  }
   if (ranked.empty())
     throw Error("no controller: an unstable or undamped mode is out of reach of the actuators or the probes");
   std::ranges::stable_sort(ranked, std::ranges::greater(), [](const auto& one) { return one.first; });
   ControlDesign best;
   for (std::size_t k = 0; k < std::min<std::size_t>(kTried, ranked.size()); ++k) {
-    const std::array<double, 2>& numbers = ranked[k].second;
+    const std::vector<double>& numbers = ranked[k].second;
     ControlDesign d;
     designer.feedback(law, numbers, d.controller);
     designer.turning(d.controller);

@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <string_view>
 #include <vector>
 
@@ -17,7 +16,7 @@ struct LawTask {
   std::vector<SampledPlant> plants;
 };
 
-/// One of the two numbers of a law that the search varies: `count` of them from `low` to `high`, each by one ratio
+/// One of the numbers of a law that the search varies: `count` of them from `low` to `high`, each by one ratio
 /// larger than the one before.
 struct LawNumber {
   std::string_view name;  ///< as in JSON
@@ -28,9 +27,9 @@ struct LawNumber {
 
 struct Law {
   std::string_view name;
-  std::array<LawNumber, 2> numbers;
+  std::vector<LawNumber> numbers;
   /// Feedback at some or all speeds of the task; empty where these numbers have none.
-  std::vector<ControlGains> (*gains)(const LawTask&, const std::array<double, 2>& numbers);
+  std::vector<ControlGains> (*gains)(const LawTask&, const std::vector<double>& numbers);
 };
 
 extern const Law kLqg, kPid;

@@ -42,7 +42,7 @@ Observed observed(const SampledPlant& p, const std::vector<Actuator>& actuators)
 }
 
 /// Linear-quadratic regulator and observer at each speed (Anderson and Moore, Optimal Control, 1990, ch. 8).
-std::vector<ControlGains> lqg_gains(const LawTask& task, const std::array<double, 2>& rates) {
+std::vector<ControlGains> lqg_gains(const LawTask& task, const std::vector<double>& rates) {
   std::vector<ControlGains> out;
   double largest = 0;
   for (const Actuator& a : task.actuators) largest = std::max(largest, a.force_limit);
@@ -71,6 +71,6 @@ std::vector<ControlGains> lqg_gains(const LawTask& task, const std::array<double
 
 }  // namespace
 
-const Law kLqg{"lqg", {{{"feedback_rate", "1/s", 1e-4, 1, 17}, {"observer_rate", "1/s", 1e-3, 10, 9}}}, lqg_gains};
+const Law kLqg{"lqg", {{"feedback_rate", "1/s", 1e-4, 1, 17}, {"observer_rate", "1/s", 1e-3, 10, 9}}, lqg_gains};
 
 }  // namespace whirl::shaft

@@ -39,30 +39,35 @@ RowVectorXd along(const Actuator& a, const std::vector<Probe>& probes) {
 
 /// Each actuator on its own, from the displacement beside it: a spring and a damper, with a magnet also the spring that
 /// its bias takes away, and an integral that carries the rotor. The same at every speed. The derivative is that of a
-/// first-order low-pass, a tenth of the period of the loop late or a sample.
-std::vector<ControlGains> pid_gains(const LawTask& task, const std::array<double, 2>& numbers) {
-  const auto [frequency, damping] = numbers;
+/// first-order low-pass whose corner is a multiple of the frequency: modes far above it are damped or driven by that
+/// phase.
+std::vector<ControlGains> pid_gains(const LawTask& task, const std::vector<double>& numbers) {
+  const double frequency = numbers[0], damping = numbers[1], corner = numbers[2];
   const double step = task.sample_time, mass = 1 / std::pow(task.plants.front().push, 2);
-  const double late = std::max(step, 0.1 / frequency), part = 1 - std::exp(-step / late);
-  const Index count = static_cast<Index>(task.actuators.size()), n = 3 * count;
-  // States of an actuator: displacement, its low-pass, its integral.
+  const double late = 1 / (corner * frequency), part = 1 - std::exp(-step / late);
+  // States of an actuator: displacement, its low-pass, of a magnet its integral.
+  const auto carries = [](const Actuator& a) { return a.bias_stiffness < 0; };
+  const Index count = static_cast<Index>(task.actuators.size()),
+              n = 2 * count + std::ranges::count_if(task.actuators, carries);
   ControlGains g{task.speeds.front(), MatrixXd::Zero(n, n), MatrixXd::Zero(n, static_cast<Index>(task.probes.size())),
                  MatrixXd::Zero(n, count), MatrixXd::Zero(count, n)};
-  for (Index j = 0; j < count; ++j) {
+  for (Index j = 0, at = 0; j < count; ++j) {
     const Actuator& a = task.actuators[static_cast<std::size_t>(j)];
     const RowVectorXd weights = along(a, task.probes);
-    const Index at = 3 * j;
     g.readings.row(at) = weights;
     g.readings.row(at + 1) = part * weights;
-    g.readings.row(at + 2) = step * weights;
     g.advance(at + 1, at + 1) = 1 - part;
-    g.advance(at + 2, at + 2) = 1;
     const double spring = mass * frequency * frequency;
     // Exact for a displacement that grows evenly.
     const double rate = 2 * damping * mass * frequency * part / ((1 - part) * step);
     g.feedback(j, at) = spring - a.bias_stiffness + rate;
     g.feedback(j, at + 1) = -rate;
-    g.feedback(j, at + 2) = a.bias_stiffness < 0 ? 0.1 * frequency * spring : 0;
+    at += 2;
+    if (!carries(a)) continue;
+    g.readings.row(at) = step * weights;
+    g.advance(at, at) = 1;
+    g.feedback(j, at) = 0.1 * frequency * spring;
+    ++at;
   }
   std::vector<ControlGains> out{g};
   if (task.speeds.size() > 1) {
@@ -74,6 +79,8 @@ std::vector<ControlGains> pid_gains(const LawTask& task, const std::array<double
 
 }  // namespace
 
-const Law kPid{"pid", {{{"frequency", "1/s", 1e-4, 1, 17}, {"damping_ratio", "", 0.05, 5, 9}}}, pid_gains};
+const Law kPid{"pid",
+               {{"frequency", "1/s", 1e-4, 0.1, 10}, {"damping_ratio", "", 0.1, 5, 6}, {"corner_ratio", "", 3, 100, 4}},
+               pid_gains};
 
 }  // namespace whirl::shaft

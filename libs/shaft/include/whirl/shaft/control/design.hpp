@@ -58,7 +58,7 @@ struct ControlDesign {
 /// reduced model; "pid", each actuator on its own from the displacement beside it, the same at every speed.
 std::vector<std::string> control_laws();
 
-/// Feedback by a law with one sample of delay. Of a grid of its two numbers the one with most damping whose sensitivity
+/// Feedback by a law with one sample of delay. Of a grid of its numbers the one with most damping whose sensitivity
 /// is allowed and that stays stable in every case. Then the part that turns.
 ControlDesign design_rotor_control(const Rotor& rotor, const ControlOptions& options);
 /// Looks at a controller on a rotor, which may be another one than it was designed for.
