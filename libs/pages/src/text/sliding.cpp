@@ -89,7 +89,7 @@ report::Figure sliding_figure(const tuning::SlidingStudy& s) {
   pushed.line("y", time, column(s.disturbance[1]));
   pushed.horizontal(s.switching_gain, "switching gain, eq. 42");
   pushed.horizontal(-s.switching_gain, "");
-  pushed.span(begin, std::min(begin + s.skip, end), "not judged");
+  pushed.span(begin, std::min(begin + s.skip, end), "start, left out");
   out.panel("", start, energy).line("", time, column(s.v));
   out.panel("", whole, energy).line("", time, column(s.v));
   report::Panel& rate = out.panel("", start, {"dV/dt", {report::pretty_unit("m^2/s^3")}});
