@@ -193,6 +193,8 @@ def laboratory():
     shutil.copy(root / "examples/05_derive/anisotropic.toml", folder / "rotor.toml")
     shutil.copy(root / "examples/09_balance/runs.csv", folder)
     shutil.copytree(root / "examples/data", folder / "examples/data")
+    for name in ("fan3", "rig2"):
+        (folder / f"{name}.toml").write_text('[machine]\nname = "Fan 3"\nservice_rpm = 2958\n[measurement]\nanalyst = "A. Weber"\n')
     (folder / "slow.toml").write_text("[profile]\nstart_rpm = 33.4\nend_rpm = 23.9\nramp_s = 9\ndwell_end_s = 0\n")
     (folder / "asfound.csv").write_text("run_1,speed_rpm,x_amp_um,x_phase_deg,y_amp_um,y_phase_deg,P1_mass_gram,P1_angle_deg\n"
                                         "1,1500,420,182,418,92,0,0\n")

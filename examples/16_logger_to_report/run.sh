@@ -11,6 +11,14 @@ python3 "$here/logger.py" make .
 whirl info messung.csv
 columns=("Weg X [µm]:x_um" "Weg Y [µm]:y_um" "Schwinggeschwindigkeit [mm/s]:DE_vel_mm_s" "Drehmarke [V]:key_V")
 whirl info messung.csv --columns "${columns[@]}" --json > info.json
-whirl report messung.csv --columns "${columns[@]}" --service-rpm 1488 --machine 2-rigid \
-  --machine-name "Pumpe 7" --date 26.11.2026 --analyst "A. Weber" --out report.html
+cat > pump.toml <<'END'
+[machine]
+name = "Pumpe 7"
+service_rpm = 1488
+iso_20816 = "2-rigid"
+[measurement]
+date = "26.11.2026"
+analyst = "A. Weber"
+END
+whirl report messung.csv --columns "${columns[@]}" --about pump.toml --out report.html
 python3 "$here/logger.py" check .

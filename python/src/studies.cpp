@@ -145,11 +145,11 @@ py::tuple derive(const std::filesystem::path& path, const IdentifiedModel* model
 }
 
 std::string report_page(const std::vector<std::filesystem::path>& files, const std::string& title, double service_rpm,
-                        double slow_roll_rpm) {
-  pages::ReportOptions options;
+                        double slow_roll_rpm, const std::filesystem::path& about) {
+  pages::ReportOptions options = about.empty() ? pages::ReportOptions{} : pages::about_machine(about);
   if (!title.empty()) options.title = title;
-  options.service_speed = service_rpm * kRadPerSecPerRpm;
-  options.slow_roll = slow_roll_rpm * kRadPerSecPerRpm;
+  if (service_rpm > 0) options.service_speed = service_rpm * kRadPerSecPerRpm;
+  if (slow_roll_rpm > 0) options.slow_roll = slow_roll_rpm * kRadPerSecPerRpm;
   options.command_line = "Python";
   const py::gil_scoped_release unlocked;
   return report::to_html(pages::run_report(pages::read_report_inputs(files), options));
@@ -261,7 +261,8 @@ void bind_studies(py::module_& m) {
   m.def("_runup", &runup, py::arg("model"), py::arg("from_rpm"), py::arg("to_rpm"), py::arg("limit_mm"),
         py::arg("unbalance"), py::arg("slowest_rpm_s"), py::arg("fastest_rpm_s"), py::arg("drive"));
   m.def("_derive", &derive, py::arg("path"), py::arg("model"));
-  m.def("_report", &report_page, py::arg("files"), py::arg("title"), py::arg("service_rpm"), py::arg("slow_roll_rpm"));
+  m.def("_report", &report_page, py::arg("files"), py::arg("title"), py::arg("service_rpm"), py::arg("slow_roll_rpm"),
+        py::arg("about"));
   m.def(
       "_printed",
       [](const std::string& page, const std::filesystem::path& pdf) {

@@ -125,16 +125,17 @@ def derive(path, model=None):
     return Derivation(summary, document, text, latex, library)
 
 
-def report(*items, out="report.html", pdf=None, title="", service_rpm=0.0, slow_roll_rpm=0.0):
+def report(*items, out="report.html", pdf=None, title="", about="", service_rpm=0.0, slow_roll_rpm=0.0):
     """One HTML page of records and results: Recordings, Models, Controllers, FrequencyResponses, ModalModels,
     StiffnessLaws, or paths of files. Returns the path. `pdf`: prints it too (needs chromium); `service_rpm`: speed that
-    zones, grade and margins are stated for; `slow_roll_rpm`: the mean 1X vector below it is taken off."""
+    zones, grade and margins are stated for; `slow_roll_rpm`: the mean 1X vector below it is taken off; `about`: file with name,
+    date, analyst, speeds and class of the machine (docs/formats.md)."""
     if not items:
         raise TypeError("report needs at least one record or result")
     out = pathlib.Path(out)
     with tempfile.TemporaryDirectory() as folder:
         files = [_as_file(item, pathlib.Path(folder), k) for k, item in enumerate(items, 1)]
-        page = _whirl._report(files, title, service_rpm, slow_roll_rpm)
+        page = _whirl._report(files, title, service_rpm, slow_roll_rpm, pathlib.Path(about) if about else "")
     if pdf is not None:
         pathlib.Path(pdf).write_bytes(_whirl._printed(page, pdf))
     out.write_text(page, encoding="utf-8")

@@ -68,7 +68,8 @@ TEST(ReportE2e, FindingsNameZoneAndBalanceQualityFirst) {
   const Folder folder;
   folder.write("runup.csv", run_up());
   const std::string model = source_dir() + "/tests/data/schemas/model-1.json";
-  const Outcome outcome = folder.whirl("report runup.csv '" + model + "' --out page.html --machine-name 'Fan 3'");
+  folder.write("fan.toml", "[machine]\nname = \"Fan 3\"\n");
+  const Outcome outcome = folder.whirl("report runup.csv '" + model + "' --out page.html --about fan.toml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::string page = slurp(folder / "page.html");
   const std::size_t begin = page.find(">Findings</h2>"), end = page.find(">Runs</h2>");
@@ -113,6 +114,27 @@ TEST(ReportE2e, TheBrowserRunsInItsSandboxAndWithoutOnlyWhereThereIsNone) {
     EXPECT_EQ(o.err.find("sandbox does not start") != std::string::npos, !works) << o.err;
     EXPECT_EQ(slurp(folder / "page.pdf").substr(0, 5), "%PDF-");
   }
+}
+
+// A flag says it for this report, the file for all of a machine.
+TEST(ReportE2e, AFileAboutTheMachineGivesWhatNoFlagSays) {
+  const Folder folder;
+  folder.write("runup.csv", run_up());
+  folder.write("fan.toml", "[machine]\nname = \"Fan <3>\"\nservice_rpm = 1480\niso_20816 = \"2-rigid\"\n");
+  ASSERT_EQ(folder.whirl("report runup.csv --out by_file.html --about fan.toml").exit_code, 0);
+  ASSERT_EQ(folder.whirl("report runup.csv --out by_flag.html --about fan.toml --service-rpm 1400").exit_code, 0);
+  ASSERT_EQ(folder.whirl("report runup.csv --out flag.html --service-rpm 1480 --machine 2-rigid").exit_code, 0);
+  const std::string by_file = slurp(folder / "by_file.html"), by_flag = slurp(folder / "by_flag.html"),
+                    flag = slurp(folder / "flag.html");
+  EXPECT_NE(by_file.find("Fan &lt;3&gt;"), std::string::npos);
+  const auto rows = [](const std::string& page) { return page.substr(page.rfind(">Findings</h2>"), 2000); };
+  EXPECT_EQ(rows(by_file), rows(flag));
+  EXPECT_NE(rows(by_file), rows(by_flag));
+  folder.write("fan.toml", "[machine]\niso_20816 = \"3-rigid\"\n");
+  const Outcome wrong = folder.whirl("report runup.csv --out no.html --about fan.toml");
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_NE(wrong.err.find("fan.toml:2: machine.iso_20816"), std::string::npos) << wrong.err;
+  EXPECT_NE(wrong.err.find("2-flexible"), std::string::npos) << wrong.err;
 }
 
 TEST(ReportE2e, WhatCannotBeReportedIsRefused) {

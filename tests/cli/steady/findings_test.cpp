@@ -46,8 +46,9 @@ TEST(FindingsE2e, InfoNames2XAndTheElectricLineBesideIt) {
 TEST(FindingsE2e, AReportOpensWithTheVerdictAndSaysThat2XExceeds1X) {
   const Folder folder;
   folder.write("motor.csv", motor_beside_the_line(18));
-  const Outcome o =
-      folder.whirl("report motor.csv --out page.html --machine-name 'Fan 3' --date 2026-05-04 --analyst 'A. Weber'");
+  folder.write("fan.toml",
+               "[machine]\nname = \"Fan 3\"\n[measurement]\ndate = \"2026-05-04\"\nanalyst = \"A. Weber\"\n");
+  const Outcome o = folder.whirl("report motor.csv --out page.html --about fan.toml");
   ASSERT_EQ(o.exit_code, 0) << o.err;
   const std::string page = slurp(folder / "page.html");
   const auto verdict = page.rfind(">Verdict</h2>"), findings = page.rfind(">Findings</h2>");

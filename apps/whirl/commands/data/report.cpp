@@ -19,21 +19,31 @@ struct ReportFlags {
   std::filesystem::path out = "report.html", figures, pdf;
   std::vector<std::string> formats{"svg", "csv"};
   double service_rpm = 0, slow_roll_rpm = 0;
-  std::string machine;
+  std::string machine, title = pages::ReportOptions{}.title;
+  std::filesystem::path about;
+  bool paper = false;
   RecordOptions record;
-  pages::ReportOptions report;
 };
 
+/// The file about the machine, and what flags say instead.
+pages::ReportOptions options_of(const ReportFlags& o, const Session& session) {
+  pages::ReportOptions report = o.about.empty() ? pages::ReportOptions{} : pages::about_machine(o.about);
+  if (o.service_rpm > 0) report.service_speed = o.service_rpm * kRadPerSecPerRpm;
+  if (o.slow_roll_rpm > 0) report.slow_roll = o.slow_roll_rpm * kRadPerSecPerRpm;
+  if (!o.machine.empty()) report.machine = diagnosis::machine_class(o.machine);
+  report.title = o.title;
+  report.with_paper = o.paper;
+  report.command_line = session.command_line;
+  return report;
+}
+
 void write_report(ReportFlags& o, Session& session) {
-  o.report.service_speed = o.service_rpm * kRadPerSecPerRpm;
-  o.report.slow_roll = o.slow_roll_rpm * kRadPerSecPerRpm;
-  o.report.command_line = session.command_line;
+  const pages::ReportOptions options = options_of(o, session);
   session.progress("report: reading", 0);
-  o.report.machine = diagnosis::machine_class(o.machine);
   const pages::ReportInputs inputs = pages::read_report_inputs(
       o.files, [&](const std::filesystem::path& file) { return o.record.read(file.string()); });
   session.progress("report: drawing", 0.3);
-  const report::Document document = pages::run_report(inputs, o.report);
+  const report::Document document = pages::run_report(inputs, options);
   const std::string page = report::to_html(document),
                     pdf = o.pdf.empty() ? std::string() : pages::printed_page(page, o.pdf);
   session.write_together();
@@ -93,10 +103,10 @@ void add_report(CommandLine& app, Session& session) {
       ->delimiter(',')
       ->one_of({"svg", "png", "pdf", "csv", "txt"})
       ->show_default();
-  sub->add_option("--title", o->report.title, "of the page")->show_default();
-  sub->add_option("--machine-name", o->report.signature.machine, "of the verdict");
-  sub->add_option("--date", o->report.signature.date, "of the measurement, as the verdict shows it");
-  sub->add_option("--analyst", o->report.signature.analyst, "who signs the verdict");
+  sub->add_option("--title", o->title, "of the page")->show_default();
+  sub->add_option("--about", o->about,
+                  "file (.toml) with name, date, analyst, speeds and class of the machine; flags override it")
+      ->input();
   sub->add_option("--service-rpm", o->service_rpm,
                   "largest continuous speed: margin, zones and grade are stated for it")
       ->range(0, 1e6);
@@ -109,7 +119,7 @@ void add_report(CommandLine& app, Session& session) {
   o->record.turning = true;
   o->record.add_to(sub, false);
   o->record.add_tacho_to(sub);
-  sub->add_flag("--paper", o->report.with_paper, "the paper's Table 4 beside the segments");
+  sub->add_flag("--paper", o->paper, "the paper's Table 4 beside the segments");
 }
 
 }  // namespace whirl::app

@@ -54,6 +54,10 @@ struct ReportOptions {
   std::string command_line;
 };
 
+/// What a file says of a machine and its measurement (TOML, docs/formats.md): name, date, analyst, service speed, speed
+/// of slow roll, class of ISO 20816-3. Throws Error with file, line, key and what is allowed.
+ReportOptions about_machine(const std::filesystem::path& file);
+
 /// The report of the inputs: runs in time, over speed and in their planes; models with their equations, their trust
 /// sentence and their prediction of every record; closed loop with segments and effort; judgement by the standards'
 /// numbers; provenance. Sections whose inputs are missing are left out.
