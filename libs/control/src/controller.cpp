@@ -64,20 +64,20 @@ void Controller::applied(const Command& command) noexcept {
   history_[static_cast<std::size_t>((head_ - 1 + size) % size)] = settings_.gain * state_.applied;
 }
 
-DiskMotion Controller::at_effect(const DiskMotion& now, double omega) const noexcept {
+DiskMotion Controller::at_effect(const DiskMotion& now, double omega, const SampleTurns& turns) const noexcept {
   const double h = settings_.sample_time;
   if (!settings_.predict) {
     DiskMotion s = now;
     s.d = product(now.d, unit_phasor(omega * (settings_.advance ? settings_.delay + 0.5 * h : settings_.sensor_delay)));
     return s;
   }
-  DiskMotion s = now;
-  if (fraction_ > 0) s = predict_motion(settings_.model, s, past(whole_delay_ + 1), omega, fraction_ * h);
-  const std::complex<double> quarter = unit_phasor(0.25 * omega * h), half = product(quarter, quarter);
-  for (int i = whole_delay_; i >= 1; --i) s = predict_motion(settings_.model, s, past(i), half, h);
+  MotionPrediction p(settings_.model, now);
+  if (fraction_ > 0) p.step(past(whole_delay_ + 1), turns.first, fraction_ * h);
+  for (int i = whole_delay_; i >= 1; --i) p.step(past(i), turns.half, h);
   // The force of this very step is not known yet: over half the hold the last one stands for it, turned with
   // the rotor because most of it is synchronous.
-  return predict_motion(settings_.model, s, product(past(1), product(half, half)), quarter, 0.5 * h);
+  p.step(product(past(1), product(turns.half, turns.half)), turns.quarter, 0.5 * h);
+  return p.motion();
 }
 
 /// What amplifier and actuator can do, so that the history is the force that acts.
@@ -111,6 +111,7 @@ void Controller::watch(const EstimatorInput& in, std::complex<double> turn) noex
   const Supervision& last = state_.supervision;
   w.d = (1 - last.blend) * state_.estimate.d + last.blend * product(last.eps, in.forcing);
   w.omega = in.omega;
+  w.half = in.turns->half;
   w.held = gate_.held;
   w.gap = gap_;
   state_.supervision = supervisor_.step(w);
@@ -146,6 +147,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   const std::complex<double> eps = settings_.eps + watched.blend * (watched.eps - settings_.eps);
   in.d = settings_.feedforward ? product(eps, in.forcing) : std::complex<double>{};
   in.omega = m.omega;
+  in.turns.emplace(m.omega, fraction_, settings_.sample_time);
   state_.measured = in.z;
   state_.estimate = std::visit([&](auto& e) noexcept { return e.step(in); }, estimator_);
   if (settings_.supervise) {
@@ -154,7 +156,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   }
   DiskMotion now = state_.estimate;
   if (watched.blend > 0) now.d += watched.blend * (product(watched.eps, in.forcing) - now.d);
-  state_.effect = at_effect(now, m.omega);
+  state_.effect = at_effect(now, m.omega, *in.turns);
   const DiskMotion& e = state_.effect;
   const std::complex<double> d = (settings_.feedforward ? 1 : settings_.carried ? watched.blend : 0) * e.d;
   const std::complex<double> f = settings_.model.acceleration(e.z, e.v, settings_.cancel) + d;

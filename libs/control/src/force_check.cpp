@@ -11,6 +11,8 @@ namespace {
 
 namespace n = force_check;
 
+constexpr double kLeast = 1e-9;  // that no sum of squares is zero
+
 double real_part(std::complex<double> a, std::complex<double> b) noexcept {
   return a.real() * b.real() + a.imag() * b.imag();
 }
@@ -26,6 +28,7 @@ ForceCheck::ForceCheck(const ForceCheckSettings& settings) noexcept : settings_(
   least_ = std::max(threshold_, play_);
   change_ = slew * h;
   model_ = n::model * settings.model.k1;
+  rate_ = 1 / h;
   const double ph = n::pole * h;
   share_ = ph / (1 + ph);
   samples_ = std::max(1, static_cast<int>(std::min(std::floor(n::block / h + 0.5), 1e6)));
@@ -39,11 +42,11 @@ ForceCheck::ForceCheck(const ForceCheckSettings& settings) noexcept : settings_(
 
 void ForceCheck::reset() noexcept {
   readings_ = summed_ = at_ = 0;
-  z1_ = z2_ = a1_ = forcing1_ = sum_ = now_ = fd_ = fx_ = fy_ = fl_ = fm_ = fz_ = zd_ = zx_ = zy_ = zl_ = zm_ = 0;
+  z1_ = z2_ = a1_ = forcing1_ = sum_ = now_ = 0;
   ring_.fill({});
-  filter_ = {};
+  first_ = second_ = {};
   eps_ = settings_.eps;
-  ff_ = dd_ = xx_ = yy_ = xd_ = yd_ = ll_ = ld_ = mm_ = md_ = zz_ = 0;
+  means_ = {};
   time_ = loud_ = gain_time_ = late_time_ = proof_time_ = unsure_ = usual_ = 0;
   test_ = before_ = 0;
   suspected_ = ForceFault::none;
@@ -53,87 +56,89 @@ void ForceCheck::reset() noexcept {
 }
 
 // The same poles for all signals, side by side in vector registers.
-void ForceCheck::low_pass(Signals& in) noexcept {
-  typedef double Vector __attribute__((vector_size(sizeof(Signals))));
-  Vector now;
-  std::memcpy(&now, in.data(), sizeof now);
-  for (Signals& state : filter_) {
+void ForceCheck::low_pass(Vector& now, LowPass& poles) const noexcept {
+  for (Row& state : poles) {
     Vector kept;
     std::memcpy(&kept, state.data(), sizeof kept);
     now = kept + share_ * (now - kept);
     std::memcpy(state.data(), &now, sizeof now);
   }
-  std::memcpy(in.data(), &now, sizeof now);
 }
 
 // u as it was about 8 ms and 12 ms ago, in blocks of about a millisecond.
 ForceCheck::Late ForceCheck::delayed(Complex u) noexcept {
   const auto at = static_cast<std::size_t>(at_);
-  const Late old{ring_[static_cast<std::size_t>((at_ + blocks_ - near_) % blocks_)], ring_[at]};
+  const int near = at_ >= near_ ? at_ - near_ : at_ + blocks_ - near_;
+  const Late old{ring_[static_cast<std::size_t>(near)], ring_[at]};
   sum_ += u;
   if (++summed_ >= samples_) {
     ring_[at] = (1.0 / samples_) * sum_;
-    at_ = (at_ + 1) % blocks_;
+    at_ = at_ + 1 < blocks_ ? at_ + 1 : 0;
     sum_ = 0;
     summed_ = 0;
   }
   return old;
 }
 
-void ForceCheck::collect(Complex y, Complex u, const Late& late, Complex unbalance, Complex z) noexcept {
-  const double w = std::min(settings_.sample_time / (test_ > 0 && known_ ? n::known_window : n::window), 1.0);
-  const auto mean = [w](auto& sum, auto value) { sum += w * (value - sum); };
-  const Complex d = y - u, back = std::conj(unbalance), l = late.near - u, m = late.far - u, other = std::conj(z);
-  now_ = product(d, back);  // times |f|^2 the eccentricity of this sample
-  mean(ff_, std::norm(unbalance));
-  mean(fd_, now_);
-  mean(fx_, -u.real() * back);
-  mean(fy_, product({0, -u.imag()}, back));
-  mean(fl_, product(l, back));
-  mean(fm_, product(m, back));
-  mean(fz_, product(z, back));
-  mean(dd_, std::norm(d));
-  mean(xx_, u.real() * u.real());
-  mean(yy_, u.imag() * u.imag());
-  mean(xd_, -u.real() * d.real());
-  mean(yd_, -u.imag() * d.imag());
-  mean(ll_, std::norm(l));
-  mean(ld_, real_part(l, d));
-  mean(mm_, std::norm(m));
-  mean(md_, real_part(m, d));
-  mean(zz_, std::norm(z));
-  mean(zd_, product(d, other));
-  mean(zx_, -u.real() * other);
-  mean(zy_, product({0, -u.imag()}, other));
-  mean(zl_, product(l, other));
-  mean(zm_, product(m, other));
+void ForceCheck::collect(const Vector& first, const Vector& second) noexcept {
+  const double w = std::min(settings_.sample_time * (test_ > 0 && known_ ? 1 / n::known_window : 1 / n::window), 1.0);
+  const Complex y{first[0], first[1]}, u{first[2], first[3]}, unbalance{first[6], first[7]}, z{second[0], second[1]};
+  const Complex d = y - u, l = Complex{first[4], first[5]} - u, m = Complex{second[2], second[3]} - u;
+  now_ = product(d, std::conj(unbalance));  // times |f|^2 the eccentricity of this sample
+  // In the order of Factor; from registers, because what was just stored piece by piece is slow to load as a whole.
+  const Vector re{d.real(), -u.real(), 0, l.real(), m.real(), z.real(), unbalance.real(), 0};
+  const Vector im{d.imag(), 0, -u.imag(), l.imag(), m.imag(), z.imag(), unbalance.imag(), 0};
+  const auto mean = [w](Row& row, const Vector& value) {
+    Vector sum;
+    std::memcpy(&sum, row.data(), sizeof sum);
+    sum += w * (value - sum);
+    std::memcpy(row.data(), &sum, sizeof sum);
+  };
+  mean(means_.f_re, re * unbalance.real() + im * unbalance.imag());
+  mean(means_.f_im, im * unbalance.real() - re * unbalance.imag());
+  mean(means_.z_re, re * z.real() + im * z.imag());
+  mean(means_.z_im, im * z.real() - re * z.imag());
+  mean(means_.square, re * re + im * im);
+  mean(means_.with_d, re * d.real() + im * d.imag());
 }
 
 /// Least squares of r with the unbalance `e`, or with any: then each product loses what lies along the unbalance.
-ForceCheck::Fit ForceCheck::fit(Complex e, bool known, double share) const noexcept {
-  constexpr double kLeast = 1e-9;
-  const double ff = ff_ + kLeast, per = known ? 0 : 1 / ff;
-  const Complex fr = fd_ - ff_ * e;
+ForceCheck::Rest ForceCheck::rest(Complex e, bool known, double share) const noexcept {
+  const double ff = means_.square[kF];
+  Rest out;
+  out.per = known ? 0 : 1 / (ff + kLeast);
+  const Complex fd = means_.f(kD), fz = means_.f(kZ), back = std::conj(fz);
+  out.fr = fd - ff * e;
   // What an error of the stiffness explains.
-  const Complex back = std::conj(fz_), zr = zd_ - product(back, e) - per * product(back, fr);
-  const double zz = zz_ - per * std::norm(fz_) + 1e-30;
-  const double size = std::sqrt(std::norm(zr)), model = share * model_, most = model * zz;
-  const Complex q = (size > most ? model / size : 1 / zz) * zr;
-  const Complex zx = zx_ - per * product(back, fx_), zy = zy_ - per * product(back, fy_),
-                zl = zl_ - per * product(back, fl_), zm = zm_ - per * product(back, fm_);
+  out.zr = means_.z(kD) - product(back, e) - out.per * product(back, out.fr);
+  out.zz = means_.square[kZ] - out.per * std::norm(fz) + 1e-30;
+  const double square = std::norm(out.zr), model = share * model_, most = model * out.zz;
+  out.q = (square > most * most ? model / std::sqrt(square) : 1 / out.zz) * out.zr;
+  out.rr = means_.square[kD] - 2 * real_part(e, fd) + std::norm(e) * ff - out.per * std::norm(out.fr) -
+           2 * real_part(out.q, out.zr) + std::norm(out.q) * out.zz;
+  return out;
+}
+
+ForceCheck::Fit ForceCheck::fit(Complex e, bool known, double share) const noexcept {
+  const Rest r = rest(e, known, share);
+  const double ff = means_.square[kF] + kLeast, per = r.per;
+  const Complex fr = r.fr, q = r.q, back = std::conj(means_.f(kZ));
+  // Of an axis or a delay: its product with f, with z, with what is left, and its square.
+  const auto with_z = [&](Factor k) { return means_.z(k) - per * product(back, means_.f(k)); };
+  const auto with_rest = [&](Factor k) {
+    const Complex f = means_.f(k);
+    return means_.with_d[k] - real_part(f, e) - per * real_part(f, fr) - real_part(with_z(k), q);
+  };
+  const auto square = [&](Factor k) { return means_.square[k] - per * std::norm(means_.f(k)) + kLeast; };
   Fit out;
-  out.rr =
-      dd_ - 2 * real_part(e, fd_) + std::norm(e) * ff_ - per * std::norm(fr) - 2 * real_part(q, zr) + std::norm(q) * zz;
-  const Complex fq = fr - product(q, fz_);
+  out.rr = r.rr;
+  const Complex fq = fr - product(q, means_.f(kZ));
   out.changed = out.rr - (known ? std::norm(fq) / ff : 0);
-  const double xr = xd_ - real_part(fx_, e) - per * real_part(fx_, fr) - real_part(zx, q);
-  const double yr = yd_ - real_part(fy_, e) - per * real_part(fy_, fr) - real_part(zy, q);
-  const double lr = ld_ - real_part(fl_, e) - per * real_part(fl_, fr) - real_part(zl, q);
-  const double mr = md_ - real_part(fm_, e) - per * real_part(fm_, fr) - real_part(zm, q);
-  const double xx = xx_ - per * std::norm(fx_) + kLeast, yy = yy_ - per * std::norm(fy_) + kLeast;
-  const double xy = -per * real_part(fx_, fy_), det = xx * yy - xy * xy + kLeast * kLeast;
+  const double xr = with_rest(kX), yr = with_rest(kY), lr = with_rest(kL), mr = with_rest(kM);
+  const double xx = square(kX), yy = square(kY);
+  const double xy = -per * real_part(means_.f(kX), means_.f(kY)), det = xx * yy - xy * xy + kLeast * kLeast;
   const double px = (xr * yy - yr * xy) / det, py = (yr * xx - xr * xy) / det;
-  const double near = lr / (ll_ - per * std::norm(fl_) + kLeast), far = mr / (mm_ - per * std::norm(fm_) + kLeast);
+  const double near = lr / square(kL), far = mr / square(kM);
   const bool later = known && far * mr > near * lr;
   out.share = later ? far : near;
   out.delay = later ? far * n::later : near * n::late;
@@ -141,7 +146,7 @@ ForceCheck::Fit ForceCheck::fit(Complex e, bool known, double share) const noexc
   out.sure_x = det / yy, out.sure_y = det / xx;
   out.by_gain = out.rr - px * xr - py * yr;
   out.by_delay = out.rr - (later ? far * mr : near * lr);
-  out.eps = e + (1 / ff) * (fq - px * fx_ - py * fy_);
+  out.eps = e + (1 / ff) * (fq - px * means_.f(kX) - py * means_.f(kY));
   return out;
 }
 
@@ -160,14 +165,19 @@ ForceFault ForceCheck::judge() noexcept {
   const double h = settings_.sample_time;
   const bool starting = time_ < n::start;
   // While starting, e is fitted with the rest. Later it is known.
-  const Fit f = starting ? fit({}, false) : fit(eps_, true);
-  usual_ += std::min(h / n::usual, 1.0) * (f.rr - usual_);
-  risen_ = f.rr > n::risen * usual_;
-  if (f.rr <= threshold_ && test_ <= 0) {
+  const double left = (starting ? rest({}, false) : rest(eps_, true)).rr;
+  usual_ += std::min(h * (1 / n::usual), 1.0) * (left - usual_);
+  risen_ = left > n::risen * usual_;
+  if (left <= threshold_ && test_ <= 0) {
     loud_ = gain_time_ = late_time_ = proof_time_ = 0;
     tested_ = std::min(tested_ + h, n::again);
     return ForceFault::none;
   }
+  return judge(starting ? fit({}, false) : fit(eps_, true), starting);
+}
+
+ForceFault ForceCheck::judge(const Fit& f, bool starting) noexcept {
+  const double h = settings_.sample_time;
   if (test_ > 0) return test_ended(f);
 
   loud_ += h;
@@ -242,9 +252,11 @@ ForceFault ForceCheck::test_ended(const Fit& f) noexcept {
 /// Until the force has been seen to act: if the rotor moves as the unbalance designed with does without it, it is let
 /// go, to see whether anything changes.
 void ForceCheck::prove() noexcept {
-  if (time_ < n::start || test_ > 0 || proven_ > n::proof_time || xx_ + yy_ <= least_) return;
+  if (time_ < n::start || test_ > 0 || proven_ > n::proof_time) return;
+  const double acted = means_.square[kX] + means_.square[kY];
+  if (acted <= least_) return;
   const Fit f = fit(settings_.eps, true);
-  if (f.rr < 0.5 * (xx_ + yy_)) proven_ += settings_.sample_time;
+  if (f.rr < 0.5 * acted) proven_ += settings_.sample_time;
   const bool idle =
       f.rr > least_ && f.by_gain < n::left * f.rr && std::abs(f.gain_x) < n::idle && std::abs(f.gain_y) < n::idle;
   idle_ = idle ? idle_ + settings_.sample_time : 0;
@@ -259,12 +271,12 @@ void ForceCheck::prove() noexcept {
 // The unbalance that acts, while nothing else is to be explained, or while what is left stands: not what has just risen
 // out of it.
 void ForceCheck::follow() noexcept {
-  const Signals& f = filter_.back();
+  const Row& f = first_.back();
   const double slow = n::slow * settings_.model.k1, size = f[6] * f[6] + f[7] * f[7];
   const bool starting = n::start > time_, stuck = !risen_ && n::stuck < loud_;
   if (test_ > 0 || size <= slow * slow || (loud_ > 0 && !starting && !stuck)) return;
-  const double tau = starting ? n::settled : stuck ? n::relearn : n::learn;
-  eps_ += std::min(settings_.sample_time / tau, 1.0) * ((1 / size) * now_ - eps_);
+  const double rate = starting ? 1 / n::settled : stuck ? 1 / n::relearn : 1 / n::learn;
+  eps_ += std::min(settings_.sample_time * rate, 1.0) * ((1 / size) * now_ - eps_);
 }
 
 ForceFault ForceCheck::step(Complex z, bool fresh, Complex a, Complex forcing, bool limited) noexcept {
@@ -285,16 +297,17 @@ ForceFault ForceCheck::step(Complex z, bool fresh, Complex a, Complex forcing, b
   ForceFault out = ForceFault::none;
   if (readings_ >= 2) {
     // Exact for a force that is held: the mean of both intervals is the second difference.
-    const Complex second = (1 / (h * h)) * (z - 2.0 * z1_ + z2_);
-    const Complex y = second - settings_.model.acceleration(z1_, (0.5 / h) * (z - z2_));
-    Signals all{y.real(),      y.imag(),      u.real(),   u.imag(),   late.near.real(), late.near.imag(),
-                before.real(), before.imag(), z1_.real(), z1_.imag(), late.far.real(),  late.far.imag()};
-    low_pass(all);
+    const Complex bent = (rate_ * rate_) * (z - 2.0 * z1_ + z2_);
+    const Complex y = bent - settings_.model.acceleration(z1_, (0.5 * rate_) * (z - z2_));
+    Vector first{y.real(),         y.imag(),         u.real(),      u.imag(),
+                 late.near.real(), late.near.imag(), before.real(), before.imag()};
+    Vector second{z1_.real(), z1_.imag(), late.far.real(), late.far.imag()};
+    low_pass(first, first_);
+    low_pass(second, second_);
     // When the first force begins to act is known to some ms only: its edge is no evidence, what follows is.
     if (time_ > 0 || std::norm(u) > 0) time_ = std::min(time_ + h, 1.0);
     if (time_ > n::edge) {
-      collect({all[0], all[1]}, {all[2], all[3]}, {{all[4], all[5]}, {all[10], all[11]}}, {all[6], all[7]},
-              {all[8], all[9]});
+      collect(first, second);
       prove();
       out = judge();
       follow();

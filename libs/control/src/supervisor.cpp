@@ -85,7 +85,7 @@ void Supervisor::observe(const SupervisorInput& in) noexcept {
     check_.interrupt();
     return;
   }
-  motion_ = predict_motion(settings_.model, motion_, in.a, in.omega, h);
+  motion_ = predict_motion(settings_.model, motion_, in.a, in.half ? *in.half : unit_phasor(0.5 * in.omega * h), h);
   if (!in.fresh) return;
   const std::complex<double> e = in.z - motion_.z;
   // Poles at -p, -p and, for the disturbance that turns, i omega - p: (s^2 + l1 s + l2 + k1)(s - i omega) + l3.
@@ -97,7 +97,7 @@ void Supervisor::observe(const SupervisorInput& in) noexcept {
   const std::complex<double> rest = in.z - offset_ - product(synchronous_, in.turn);
   synchronous_ += (h * kNotch) * product(rest, std::conj(in.turn));
   offset_ += (h * kOffset) * rest;
-  square_ += (h / kLevelTime) * (std::norm(rest) - square_);
+  square_ += (h * (1 / kLevelTime)) * (std::norm(rest) - square_);
 }
 
 void Supervisor::judge_feedforward(const SupervisorInput& in) noexcept {
@@ -105,8 +105,8 @@ void Supervisor::judge_feedforward(const SupervisorInput& in) noexcept {
   const double slow = kSlowShare * settings_.model.k1;
   std::complex<double> now = eps_;
   if (size > slow * slow) now = (1 / size) * product(motion_.d, std::conj(in.forcing));
-  eps_ += (h / kEstimate) * (now - eps_);
-  if (square_ < 0.25 * settings_.level * settings_.level) quiet_ += (h / kQuiet) * (eps_ - quiet_);
+  eps_ += (h * (1 / kEstimate)) * (now - eps_);
+  if (square_ < 0.25 * settings_.level * settings_.level) quiet_ += (h * (1 / kQuiet)) * (eps_ - quiet_);
   const double acts = std::norm(motion_.d), given = std::norm(in.d), floor = settings_.model.k1 * kFloor;
   const double limit = std::max(kMismatch * kMismatch * std::max(acts, given), floor * floor);
   const bool apart = settings_.fixed && in.fresh && std::norm(motion_.d - in.d) > limit;
@@ -123,8 +123,8 @@ void Supervisor::judge_feedforward(const SupervisorInput& in) noexcept {
   // An integrator of what is left: stable for phase errors of the force up to 90 degrees, less the observer's 15.
   const bool lowered = settings_.fixed && steps_ > 0;
   const bool quiet = late_ <= 0 && (steps_ >= kOwnStep || lowered) && square_ < settings_.level * settings_.level;
-  if ((follow_ && steps_ == 0) || quiet) used_ += (h / kFollow) * (now - used_);
-  if (follow_ || steps_ > 0) blend_ = toward(blend_, 1, h / kFade);
+  if ((follow_ && steps_ == 0) || quiet) used_ += (h * (1 / kFollow)) * (now - used_);
+  if (follow_ || steps_ > 0) blend_ = toward(blend_, 1, h * (1 / kFade));
   // The gain comes back once: a motion that the law feeds returns with it, and is answered for good.
   calm_ = quiet && steps_ <= kQuarter ? calm_ + h : 0;
   if (calm_ > kCalm && !returned_) {
@@ -191,9 +191,9 @@ void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
   bool worse = in.omega * in.omega > kTurning * settings_.model.k1 && now > least;
   if (worse) {
     const double k = settings_.model.k1 - in.omega * in.omega, c = settings_.model.c * in.omega;
-    worse = now > kWorse * std::sqrt(std::max(std::norm(eps_), std::norm(settings_.eps)) * std::norm(in.forcing) /
-                                     std::max(k * k + c * c, 1e-12)) +
-                      least;
+    const double beyond = (now - least) / kWorse;
+    worse = beyond * beyond * std::max(k * k + c * c, 1e-12) >
+            std::max(std::norm(eps_), std::norm(settings_.eps)) * std::norm(in.forcing);
   }
   worse_ = worse ? worse_ + h : 0;
   if (worse_ > kConfirmTime) step_down(kWorseThanOpen);
@@ -238,14 +238,14 @@ Supervision Supervisor::step(const SupervisorInput& in) noexcept {
   judge_feedforward(in);
   judge_motion(in);
   judge_force(in);
-  saturated_ += (h / kSaturationTime) * ((in.saturated ? 1.0 : 0.0) - saturated_);
+  saturated_ += (h * (1 / kSaturationTime)) * ((in.saturated ? 1.0 : 0.0) - saturated_);
   const bool limit = saturated_ > 0.5, lost = in.held >= 3;
-  sensor_ = toward(sensor_, lost ? 0 : 1, h / kSensorFade);
-  gain_ = toward(gain_, kGains[steps_], h / kFade);
-  own_ = toward(own_, steps_ >= kOwnStep ? 1 : 0, h / kFade);
-  force_ = toward(force_, steps_ >= kForceStep ? 0 : 1, h / (late_ > 0 ? supervision::late_fade : kLetGo));
+  sensor_ = toward(sensor_, lost ? 0 : 1, h * (1 / kSensorFade));
+  gain_ = toward(gain_, kGains[steps_], h * (1 / kFade));
+  own_ = toward(own_, steps_ >= kOwnStep ? 1 : 0, h * (1 / kFade));
+  force_ = toward(force_, steps_ >= kForceStep ? 0 : 1, h * (late_ > 0 ? 1 / supervision::late_fade : 1 / kLetGo));
   if (late_ > 0 && force_ <= 0) steps_ = kTripStep;
-  held_ = check_.let_go() ? toward(held_, 0, h / kTestFade) : toward(held_, 1, h / kTestReturn);
+  held_ = check_.let_go() ? toward(held_, 0, h * (1 / kTestFade)) : toward(held_, 1, h * (1 / kTestReturn));
 
   Supervision out;
   out.gain = gain_ * sensor_;

@@ -185,6 +185,28 @@ TEST(TerminalPowerUnit, FieldsMayChangeAfterConstruction) {
   }
 }
 
+TEST(TerminalPowerUnit, ARememberedEdgeFollowsItsFields) {
+  TerminalPower::Edge edge;
+  for (const TerminalPower& p : {TerminalPower{}, TerminalPower{0.7, 5e-6, 1e-3, Regularisation::blend},
+                                 TerminalPower{0.55, 5e-6, 1e-3, Regularisation::blend},
+                                 TerminalPower{0.55, 5e-6, 2e-3, Regularisation::blend}}) {
+    for (double x : {-4e-6, 1e-6, 30e-6}) {
+      EXPECT_EQ(p.at(x, edge).value, p.value(x));
+      EXPECT_EQ(p.at(x, edge).slope, p.slope(x));
+    }
+  }
+}
+
+TEST(SmoothSignReference, IsTheHyperbolicTangent) {
+  for (int i = -3000; i <= 3000; ++i) {
+    const double x = 1e-3 * i;
+    EXPECT_NEAR(smooth_sign(x), std::tanh(x), 1e-15 * std::abs(x)) << x;
+  }
+  EXPECT_EQ(smooth_sign(1e-300), 1e-300);
+  EXPECT_EQ(smooth_sign(HUGE_VAL), 1);
+  EXPECT_TRUE(std::isnan(smooth_sign(std::nan(""))));
+}
+
 TEST(TerminalPowerUnit, ZeroIsFiniteForEveryRegularisation) {
   for (auto kind : {Regularisation::none, Regularisation::clamp, Regularisation::blend}) {
     TerminalSmc law;

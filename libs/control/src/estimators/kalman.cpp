@@ -35,25 +35,26 @@ void KalmanEstimator::start(const EstimatorInput& in) noexcept {
 
 void KalmanEstimator::predict_covariance(std::complex<double> g) noexcept {
   const double k = model_.k1 + 2 * model_.k2 * std::norm(state_.z), c = model_.c, h = h_;
-  const std::complex<double> b0 = 0.5 * h * h * g, b1 = h * (1 - 0.5 * c * h) * g;
+  // The disturbance acts along g in both rows.
+  const double b0 = 0.5 * h * h, b1 = h * (1 - 0.5 * c * h);
   const double f00 = 1 - 0.5 * k * h * h, f01 = h - 0.5 * c * h * h, f10 = -k * h * (1 - 0.5 * c * h),
                f11 = 1 - c * h + 0.5 * (c * c - k) * h * h;
-  // F P with F = [f00 f01 b0; f10 f11 b1; 0 0 1], then (F P) F^H; P is Hermitian, so the lower half is a
-  // copy.
+  // M = F P with F = [f00 f01 b0 g; f10 f11 b1 g; 0 0 1], then M F^H; P is Hermitian, so of its diagonal the real part
+  // and of the rest one half is all there is.
   const std::complex<double> p01 = p01_, p02 = p02_, p12 = p12_;
   const double p00 = p00_, p11 = p11_, p22 = p22_;
-  const std::complex<double> m00 = f00 * p00 + f01 * std::conj(p01) + product(b0, std::conj(p02));
-  const std::complex<double> m01 = f00 * p01 + f01 * p11 + product(b0, std::conj(p12));
-  const std::complex<double> m02 = f00 * p02 + f01 * p12 + b0 * p22;
-  const std::complex<double> m10 = f10 * p00 + f11 * std::conj(p01) + product(b1, std::conj(p02));
-  const std::complex<double> m11 = f10 * p01 + f11 * p11 + product(b1, std::conj(p12));
-  const std::complex<double> m12 = f10 * p02 + f11 * p12 + b1 * p22;
+  const std::complex<double> g02 = product(g, std::conj(p02)), g12 = product(g, std::conj(p12)), g22 = p22 * g;
+  const std::complex<double> m00 = f00 * p00 + f01 * std::conj(p01) + b0 * g02, m01 = f00 * p01 + f01 * p11 + b0 * g12,
+                             m02 = f00 * p02 + f01 * p12 + b0 * g22, m12 = f10 * p02 + f11 * p12 + b1 * g22;
+  const double m10 = f10 * p00 + f11 * p01.real() + b1 * g02.real(),
+               m11 = f10 * p01.real() + f11 * p11 + b1 * g12.real();
+  const std::complex<double> turned02 = product(m02, std::conj(g)), turned12 = product(m12, std::conj(g));
   const double q = options_.acceleration_noise * options_.acceleration_noise * h * h;
   const double walk = options_.disturbance_walk * options_.disturbance_walk * h;
-  p00_ = (f00 * m00 + f01 * m01 + product(m02, std::conj(b0))).real() + 0.25 * h * h * q;
-  p01_ = f10 * m00 + f11 * m01 + product(m02, std::conj(b1)) + 0.5 * h * q;
+  p00_ = f00 * m00.real() + f01 * m01.real() + b0 * turned02.real() + 0.25 * h * h * q;
+  p01_ = f10 * m00 + f11 * m01 + b1 * turned02 + 0.5 * h * q;
   p02_ = m02;
-  p11_ = (f10 * m10 + f11 * m11 + product(m12, std::conj(b1))).real() + q;
+  p11_ = f10 * m10 + f11 * m11 + b1 * turned12.real() + q;
   p12_ = m12;
   p22_ = p22 + (kind_ == DisturbanceState::none ? 0 : walk);
 }
@@ -73,19 +74,20 @@ DiskMotion KalmanEstimator::step(const EstimatorInput& in) noexcept {
   state_ = predict_interval(model_, state_, in, h_);
   g_ = g_new;
   if (in.fresh) {
-    const double r = options_.measurement_noise, s = p00_ + r * r;
-    const std::complex<double> k0 = p00_ / s, k1 = std::conj(p01_) / s, k2 = std::conj(p02_) / s;
+    const double r = options_.measurement_noise, s = p00_ + r * r, per = 1 / s;
+    const double k0 = p00_ * per;
+    const std::complex<double> k1 = per * std::conj(p01_), k2 = per * std::conj(p02_);
     const std::complex<double> e = in.z - state_.z;
-    state_.z += product(k0, e);
+    state_.z += k0 * e;
     state_.v += product(k1, e);
     theta_ += product(k2, e);
     // P - K S K^H, Hermitian by construction.
     p22_ -= std::norm(k2) * s;
     p12_ -= product(k1, std::conj(k2)) * s;
     p11_ -= std::norm(k1) * s;
-    p02_ -= product(k0, std::conj(k2)) * s;
-    p01_ -= product(k0, std::conj(k1)) * s;
-    p00_ -= std::norm(k0) * s;
+    p02_ -= k0 * s * std::conj(k2);
+    p01_ -= k0 * s * std::conj(k1);
+    p00_ -= k0 * k0 * s;
   }
   state_.d = kind_ == DisturbanceState::none ? in.d : product(theta_, g_);
   return state_;

@@ -81,7 +81,7 @@ MachineLanes<Lanes>::MachineLanes(const RigDraw& draw, const std::vector<int>& i
     for (std::size_t i = 0; i < open.size(); ++i) {
       const int lane = static_cast<int>(i);
       open[i].motion(in_reach({batch.true_x()[lane], batch.true_y()[lane]}, shared.laser.range), 0);
-      open[i].cycle({}, 0, false, Fault::none);
+      open[i].cycle({.valid = false}, 0, false, Fault::none);
     }
     batch.coast();
   }
@@ -101,6 +101,7 @@ std::vector<LaneRun> MachineLanes<Lanes>::run(const ControllerDesign& design) co
     judges.emplace_back(open_[i], &segments_[i], rate, skip, ticks);
   }
   for (long k = 0; k < ticks; ++k) {
+    const std::complex<double> turn = control::unit_phasor(batch.read().beta);
     for (std::size_t i = 0; i < loops.size(); ++i) {
       LaneLoop<Lanes>& l = loops[i];
       const int lane = static_cast<int>(i);
@@ -113,7 +114,7 @@ std::vector<LaneRun> MachineLanes<Lanes>::run(const ControllerDesign& design) co
       const rt::CycleRecord cycle = l.loop.cycle();
       const control::ControllerState& state = l.controller.state();
       l.supervision |= state.supervision.word;
-      judges[i].cycle(cycle.measurement, ux[lane], state.saturated || cycle.limited, cycle.trip);
+      judges[i].cycle(cycle.measurement, turn, ux[lane], state.saturated || cycle.limited, cycle.trip);
     }
     batch.write(ux, uy);
     batch.advance();

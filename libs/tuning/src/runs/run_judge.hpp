@@ -55,7 +55,11 @@ class RunJudge {
   }
   /// What the loop read and did at that tick; `force`: of the x axis, N, as it acts.
   void cycle(const Measurement& m, double force, bool saturated, Fault trip) noexcept {
-    if (turning_ && m.valid) standing_.reading({m.x, m.y}, m.beta);
+    cycle(m, turning_ && m.valid ? control::unit_phasor(m.beta) : 1, force, saturated, trip);
+  }
+  /// The same where e^{i beta} is known.
+  void cycle(const Measurement& m, std::complex<double> turn, double force, bool saturated, Fault trip) noexcept {
+    if (turning_ && m.valid) standing_.turned({m.x, m.y}, turn);
     saturated_ += saturated;
     if (turning_ && tick_ >= skip_) {
       ++judged_;

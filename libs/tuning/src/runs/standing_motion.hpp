@@ -24,9 +24,10 @@ class StandingMotion {
         rate_(rate) {}
 
   /// One reading of a turning shaft, m, and its angle, rad.
-  void reading(std::complex<double> z, double beta) noexcept {
+  void reading(std::complex<double> z, double beta) noexcept { turned(z, control::unit_phasor(beta)); }
+  /// The same with e^{i beta}.
+  void turned(std::complex<double> z, std::complex<double> turn) noexcept {
     using control::product;
-    const std::complex<double> turn = control::unit_phasor(beta);
     if (tick_ == 0) forward_ = product(z, std::conj(turn));
     const std::complex<double> rest = z - offset_ - product(forward_, turn) - product(backward_, std::conj(turn));
     offset_ += offset_gain_ * rest;

@@ -35,7 +35,8 @@ struct ForeignMachine {
   double unbalance = 300e-6, unbalance_angle = 0;      ///< m, rad
   std::array<ForeignMode, 2> modes{};
   double inertia = 0.05;                                 ///< kg m^2, about the axis; torque coupling by the unbalance
-  double top = 190, down = 13, still = 1;                ///< rad/s; s to standstill; s at standstill
+  double top = 190, down = 13, still = 1;                ///< rad/s; s from there to the last speed; s at it
+  double bottom = 0;                                     ///< the last speed, rad/s: above `top` in a run-up
   double gain = 1, cross = 0, lag = 5e-4, delay = 1e-3;  ///< of the actuators; force of one axis on the other; s
   double force_limit = 40;                               ///< N
   double sensor_cross = 0;                               ///< share of y in the reading of x and back
@@ -153,12 +154,12 @@ class ForeignRig {
     }
     d[12] = w;
     // The unbalance takes torque out of the drive: a ripple of the speed at 1x.
-    d[13] = w > 0 ? slowing + m_.mass * m_.unbalance / m_.inertia * (ax * sn - ay * c) * 0.1 : 0;
+    d[13] = w > 0 || slowing > 0 ? slowing + m_.mass * m_.unbalance / m_.inertia * (ax * sn - ay * c) * 0.1 : 0;
     d[14] = (u.ux - s[14]) / m_.lag, d[15] = (u.uy - s[15]) / m_.lag;
     return d;
   }
   void dormand_prince() noexcept {
-    const double t = static_cast<double>(step_) * kStep, slowing = t < m_.down ? -m_.top / m_.down : 0;
+    const double t = static_cast<double>(step_) * kStep, slowing = t < m_.down ? (m_.bottom - m_.top) / m_.down : 0;
     last_ = acting(t + 1e-9);
     const auto at = [&](std::initializer_list<std::pair<double, const State*>> parts) {
       State s = s_;
@@ -182,7 +183,7 @@ class ForeignRig {
                            last_, slowing);
     s_ = at({{35.0 / 384, &k1}, {500.0 / 1113, &k3}, {125.0 / 192, &k4}, {-2187.0 / 6784, &k5}, {11.0 / 84, &k6}});
     ++step_;
-    if (static_cast<double>(step_) * kStep >= m_.down) s_[13] = 0;
+    if (static_cast<double>(step_) * kStep >= m_.down) s_[13] = m_.bottom;
   }
   void settle() {
     // Steady whirl at the top speed of the linear disc; the rest dies out.

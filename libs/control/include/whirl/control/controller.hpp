@@ -75,7 +75,7 @@ class Controller {
 
  private:
   std::complex<double> past(int samples) const noexcept;  ///< control acceleration sent `samples` ticks ago (>= 1)
-  DiskMotion at_effect(const DiskMotion& now, double omega) const noexcept;
+  DiskMotion at_effect(const DiskMotion& now, double omega, const SampleTurns& turns) const noexcept;
   void push(std::complex<double> acceleration) noexcept;
   void limit_force() noexcept;
   void watch(const EstimatorInput& in, std::complex<double> turn) noexcept;

@@ -73,8 +73,6 @@ class ForceCheck {
   void interrupt() noexcept { readings_ = 0; }
 
  private:
-  // Real and imaginary parts of y, u, u late, unbalance, displacement, u later.
-  using Signals = std::array<double, 16>;
   static constexpr int kBlocks = 16;
   /// What explains r; mean squares, m^2/s^4.
   struct Fit {
@@ -86,24 +84,44 @@ class ForceCheck {
     double high() const noexcept { return gain_x < gain_y ? gain_y : gain_x; }
   };
 
-  void low_pass(Signals& in) noexcept;
+  /// What is multiplied: d = y - u, the axes x and y of u, its changes l and m by the delays, z, unbalance per metre f.
+  enum Factor : std::size_t { kD, kX, kY, kL, kM, kZ, kF, kFactors = 8 };
+  using Row = std::array<double, kFactors>;
+  typedef double Vector __attribute__((vector_size(sizeof(Row))));
+  using LowPass = std::array<Row, 3>;  // its poles
+  void low_pass(Vector& now, LowPass& poles) const noexcept;
+  /// Weighted means of the products of each factor: with the conjugate of f, with that of z, the squares, and the real
+  /// part of that with the conjugate of d. One row beside the other in vector registers.
+  struct Means {
+    Row f_re{}, f_im{}, z_re{}, z_im{}, square{}, with_d{};
+    Complex f(Factor of) const noexcept { return {f_re[of], f_im[of]}; }
+    Complex z(Factor of) const noexcept { return {z_re[of], z_im[of]}; }
+  };
   struct Late {
     Complex near, far;  // u as it was 8 ms and 12 ms ago
   };
   Late delayed(Complex u) noexcept;
-  void collect(Complex y, Complex u, const Late& late, Complex unbalance, Complex z) noexcept;
+  /// Real and imaginary parts of y, u, u late, unbalance; of displacement, u later.
+  void collect(const Vector& first, const Vector& second) noexcept;
+  /// What is left of r by the unbalance and by an error of the stiffness.
+  struct Rest {
+    double per = 0, zz = 0, rr = 0;
+    Complex fr, zr, q;
+  };
+  Rest rest(Complex e, bool known, double share = 1) const noexcept;
   Fit fit(Complex e, bool known, double share = 1) const noexcept;
   bool lost(const Fit& f, double proof) const noexcept;
   bool turned(const Fit& f) const noexcept;
   void prove() noexcept;
   void follow() noexcept;
   ForceFault judge() noexcept;
+  ForceFault judge(const Fit& f, bool starting) noexcept;
   ForceFault test_ended(const Fit& f) noexcept;
 
   ForceCheckSettings settings_;
   double threshold_ = 0, play_ = 0, least_ = 0;  // (m/s^2)^2: of r that is seen, of hysteresis, the larger
   double change_ = 0, model_ = 0;                // m/s^2 a sample, 1/s^2
-  double share_ = 0;                             // of the filters, a sample
+  double share_ = 0, rate_ = 0;                  // of the filters, a sample; 1/s
   int samples_ = 1, near_ = 1, blocks_ = 1;      // of the delays: samples a block, blocks
   // readings
   int readings_ = 0;
@@ -111,11 +129,9 @@ class ForceCheck {
   std::array<Complex, kBlocks> ring_{};
   Complex sum_;
   int summed_ = 0, at_ = 0;
-  std::array<Signals, 3> filter_{};
-  // Weighted means of products: f unbalance per metre, d = y - u, x and y the axes of u, l and m its changes by the
-  // delays, z.
-  Complex eps_, now_, fd_, fx_, fy_, fl_, fm_, fz_, zd_, zx_, zy_, zl_, zm_;
-  double ff_ = 0, dd_ = 0, xx_ = 0, yy_ = 0, xd_ = 0, yd_ = 0, ll_ = 0, ld_ = 0, mm_ = 0, md_ = 0, zz_ = 0;
+  LowPass first_{}, second_{};  // of the signals that `collect` takes
+  Complex eps_, now_;
+  Means means_;
   double time_ = 0, loud_ = 0, gain_time_ = 0, late_time_ = 0, proof_time_ = 0;  // s; time_ since the first force
   double unsure_ = 0;                          // s in which what is delivered is not known
   double test_ = 0, tested_ = 0, before_ = 0;  // s since let go and since the last test ended; r^2 when it began

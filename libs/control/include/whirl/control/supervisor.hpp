@@ -1,6 +1,7 @@
 #pragma once
 #include <complex>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "whirl/control/force_check.hpp"
@@ -54,14 +55,15 @@ struct SupervisorSettings {
 struct SupervisorInput {
   std::complex<double> z;  ///< displacement, m
   bool fresh = true;
-  bool saturated = false;        ///< the last force was at its limit
-  std::complex<double> a;        ///< control acceleration over the last interval, m/s^2
-  std::complex<double> forcing;  ///< unbalance_per_metre
-  std::complex<double> turn;     ///< e^{i beta}
-  std::complex<double> d;        ///< unbalance acceleration that the law is given, m/s^2
-  double omega = 0;              ///< rad/s
-  long held = 0;                 ///< samples lost in a row
-  bool gap = false;              ///< ticks were left out since the sample before
+  bool saturated = false;                    ///< the last force was at its limit
+  std::complex<double> a;                    ///< control acceleration over the last interval, m/s^2
+  std::complex<double> forcing;              ///< unbalance_per_metre
+  std::complex<double> turn;                 ///< e^{i beta}
+  std::complex<double> d;                    ///< unbalance acceleration that the law is given, m/s^2
+  double omega = 0;                          ///< rad/s
+  std::optional<std::complex<double>> half;  ///< e^{i omega h / 2} where the caller has it
+  long held = 0;                             ///< samples lost in a row
+  bool gap = false;                          ///< ticks were left out since the sample before
 };
 
 /// What it decides. The acceleration sent is (1 - own) (-d + gain (a + d)) + own (damper - d), a what the law asks for

@@ -19,7 +19,7 @@ struct AdaptiveSmc {
   AxisOutput step(const AxisInput& in) noexcept {
     const double s = in.v + surface_gain * in.x;
     gain = std::clamp(gain + sample_time * rate * std::abs(s) * sgn(std::abs(s) - dead_zone), gain_min, gain_max);
-    return {-(in.f + surface_gain * in.v + gain * std::tanh(s / boundary_layer)), s};
+    return {-(in.f + surface_gain * in.v + gain * smooth_sign(s / boundary_layer)), s};
   }
   void reset() noexcept { gain = gain_min; }
 };

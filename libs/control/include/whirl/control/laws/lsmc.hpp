@@ -11,7 +11,7 @@ struct LinearSmc {
 
   AxisOutput step(const AxisInput& in) noexcept {
     const double s = in.v + surface_gain * in.x;
-    return {-(in.f + surface_gain * in.v + switching_gain * std::tanh(s / boundary_layer)), s};
+    return {-(in.f + surface_gain * in.v + switching_gain * smooth_sign(s / boundary_layer)), s};
   }
   void reset() noexcept {}
 };

@@ -19,7 +19,7 @@ struct NonsingularFastTerminalSmc {
         surface_gain * (in.x + fast_gain * length * sig(ratio, fast_exponent)) + unit * sig(in.v / unit, g);
     const double slope = 1 + fast_gain * fast_exponent * std::pow(std::abs(ratio), fast_exponent - 1);
     return {-(in.f + surface_gain / g * unit * sig(in.v / unit, 2 - g) * slope +
-              switching_gain * std::tanh(s / boundary_layer)),
+              switching_gain * smooth_sign(s / boundary_layer)),
             s};
   }
   void reset() noexcept {}

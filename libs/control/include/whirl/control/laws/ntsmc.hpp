@@ -16,7 +16,7 @@ struct NonsingularTerminalSmc {
     const double g = 1 / exponent, unit = surface_gain * length;
     const double s = surface_gain * in.x + unit * sig(in.v / unit, g);
     return {
-        -(in.f + surface_gain / g * unit * sig(in.v / unit, 2 - g) + switching_gain * std::tanh(s / boundary_layer)),
+        -(in.f + surface_gain / g * unit * sig(in.v / unit, 2 - g) + switching_gain * smooth_sign(s / boundary_layer)),
         s};
   }
   void reset() noexcept {}

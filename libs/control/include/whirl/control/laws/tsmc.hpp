@@ -12,11 +12,12 @@ struct TerminalSmc {
   double switching_gain = 3;    ///< rho, m/s^2
   double boundary_layer = 0.1;  ///< eps, m/s
   TerminalPower power;
+  TerminalPower::Edge edge = {};
 
   AxisOutput step(const AxisInput& in) noexcept {
-    const TerminalPower::Point phi = power.at(in.x);
+    const TerminalPower::Point phi = power.at(in.x, edge);
     const double s = in.v + surface_gain * phi.value;
-    return {-(in.f + surface_gain * phi.slope * in.v + switching_gain * std::tanh(s / boundary_layer)), s};
+    return {-(in.f + surface_gain * phi.slope * in.v + switching_gain * smooth_sign(s / boundary_layer)), s};
   }
   void reset() noexcept {}
 };
