@@ -13,8 +13,8 @@
 #include "face/rotor_like.hpp"
 #include "record/bridge_gaps.hpp"
 #include "record/damaged_records.hpp"
-#include "rules/chi_square.hpp"
 #include "rules/magnitudes.hpp"
+#include "rules/rules.hpp"
 #include "tilt/adopt_tilt.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
@@ -333,8 +333,7 @@ Identification at_their_instants(Identification id, const std::vector<Recording>
   const double gain =
       rows * std::log(id.summary.chi_square / again.summary.chi_square) +
       (term_count(id.model) - term_count(again.model) - static_cast<double>(late.size())) * std::log(rows);
-  constexpr double kClear = 6;  // odds of 20 to 1
-  if (!again.usable() || !(gain > kClear)) return id;
+  if (!again.usable() || !(gain > rules::kOdds20)) return id;
   for (const LateChannel& l : late) {
     again.model.summary.warn(
         fmt::format("channel {0} is read {1:.3g} s ({2:.2f} samples) {3} the others and was brought to their instants; "

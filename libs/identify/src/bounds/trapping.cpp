@@ -10,6 +10,7 @@
 
 #include "problem/sindy_prepare.hpp"
 #include "record/bridge_gaps.hpp"
+#include "rules/rules.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/expr.hpp"
 
@@ -404,7 +405,7 @@ Trapping hold_trapping(const Unknowns& unknowns, const std::vector<BoundRow>& bo
         "the records contradict a trapping model: it lies {:.3g} standard deviations from the most likely one; over "
         "one period free runs miss {:.2g} % of the motion, {:.2g} % without the constraint",
         std::sqrt(held.cost), 100 * after, 100 * before));
-    if (!(after < 0.5)) model.summary.fail("no trapping model of these terms follows the records");
+    if (!(after < rules::kLost)) model.summary.fail("no trapping model of these terms follows the records");
   }
   return certify(model, held.shift.cwiseQuotient(d), d.cwiseAbs2());
 }

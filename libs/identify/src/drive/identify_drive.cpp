@@ -7,7 +7,7 @@
 
 #include "drive/drive_model.hpp"
 #include "evidence/verdict.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 #include "weak/integral_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/drive.hpp"

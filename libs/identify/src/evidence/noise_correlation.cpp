@@ -4,10 +4,12 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 
+#include "rules/rules.hpp"
+
 namespace whirl::identification::detail {
 
 std::map<std::string, double> noise_correlation(const Followed& followed, const SindyOptions& options) {
-  constexpr double kLeast = 0.2, kMost = 0.99, kAlike = 0.3;
+  constexpr double kMost = 0.99;
   std::map<std::string, double> found;
   bool any = false;
   if (followed.autocorrelation.rows() != static_cast<Eigen::Index>(options.states.size())) return found;
@@ -16,25 +18,24 @@ std::map<std::string, double> noise_correlation(const Followed& followed, const 
     const auto at = static_cast<Eigen::Index>(k);
     const Eigen::VectorXd lags = followed.autocorrelation.row(at);
     for (Eigen::Index l = 1; l < lags.size(); ++l) {
-      if (std::abs(lags[l] - std::pow(lags[0], l + 1)) > kAlike) return {};
+      if (std::abs(lags[l] - std::pow(lags[0], l + 1)) > rules::kColourAlike) return {};
     }
     const double now = lags[0] + (before.size() > 0 ? before[at] : 0);
     found[options.states[k]] = std::clamp(now, 0.0, kMost);
-    any = any || now >= kLeast;
+    any = any || now >= rules::kColourLeast;
   }
   if (!any) found.clear();
   return found;
 }
 
 bool only_noise_left(const Followed& followed) {
-  constexpr double kChance = 1e-4, kNoise = 0.25;  // the noise is known to some percent
   const Eigen::MatrixXd& r = followed.autocorrelation;
   if (r.rows() == 0) return false;
   const boost::math::chi_squared white(static_cast<double>(r.cols()));
   for (Eigen::Index k = 0; k < r.rows(); ++k) {
-    if (!(std::abs(2 * std::log(followed.output_rmse[k])) < kNoise)) return false;
+    if (!(std::abs(2 * std::log(followed.output_rmse[k])) < rules::kNoiseKnown)) return false;
     const double q = followed.output_rows[k] * r.row(k).squaredNorm();
-    if (!(boost::math::cdf(boost::math::complement(white, q)) > kChance)) return false;
+    if (!(boost::math::cdf(boost::math::complement(white, q)) > rules::kWhiteLeft)) return false;
   }
   return true;
 }

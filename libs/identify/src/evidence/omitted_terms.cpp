@@ -10,7 +10,7 @@
 #include "evidence/verdict.hpp"
 #include "growth/term_sizes.hpp"
 #include "problem/rotor_equations.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -41,7 +41,6 @@ struct Posterior {
   double mean_square = 0, odds = 0;
 };
 Posterior posterior(const AbsentTerm& c, double usual, double scale) {
-  constexpr double kWindow = 0.2, kHint = 2, kTells = 0.5;  // kHint: 5 % of records without the term
   const double variance = scale * c.sd * c.sd, shrink = usual * usual / (usual * usual + variance);
   const double t2 = c.value * c.value / variance;
   const double evidence = std::sqrt(1 - shrink) * std::exp(std::min(0.5 * t2 * shrink, 50.0));
@@ -49,14 +48,15 @@ Posterior posterior(const AbsentTerm& c, double usual, double scale) {
   const TermPrior& prior = c.term->prior;
   // A rare part of the machine (not the probes, which all drift a little) counts where the record hints at it, or
   // cannot tell it from none: else chance alone would decide which of two alike rotors gets the wider interval.
-  if (c.term->rare && c.term->force != nullptr && t2 < kHint * kHint && variance < kTells * kTells * usual * usual)
+  if (c.term->rare && c.term->force != nullptr && t2 < rules::kSpeaks * rules::kSpeaks &&
+      variance < rules::kTells * rules::kTells * usual * usual)
     return {};
   double all = 0, square = 0;
   for (const double sign : {1.0, -1.0}) {
     const double of_sign = sign > 0 ? prior.positive : 1 - prior.positive;
     const Side side = positive_side(sign * mean, sd);
     const double factor = 2 * of_sign * evidence * side.share;
-    if (factor < kWindow) continue;
+    if (factor < rules::kWindow) continue;
     const double odds = prior.chance / (1 - prior.chance) * factor;
     all += odds;
     square += odds * side.mean_square;
@@ -112,13 +112,12 @@ void state(const Omitted& o, double scale, const NamedEstimates& before, RotorId
 }  // namespace
 
 void judge_sizes(const RotorIdentification& result, Summary& summary) {
-  constexpr double kMost = 6;
   const OutputErrorFit& fit = result.fit;
   const bool explained = std::max(result.chi_square_weak, fit.summary.chi_square) < rules::kModelError;
   const double unstable = unstable_from(fit.model, fit.terms, scale_of(fit.model, fit).top_speed);
   for (const TermSize& s : sizes_of(fit)) {
     // A whirl that is seen to grow by itself shows the size of what drives it.
-    if (s.ratio() <= kMost || (explained && std::isfinite(unstable) && s.entry->drives_whirl)) continue;
+    if (s.ratio() <= rules::kTooLarge || (explained && std::isfinite(unstable) && s.entry->drives_whirl)) continue;
     const std::string unit(s.unit);
     summary.add(
         {FindingCode::term_too_large,

@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "evidence/verdict.hpp"
+#include "rules/rules.hpp"
 #include "trajectory/trajectory_runs.hpp"
 #include "weak/integral_rows.hpp"
 #include "whirl/core/least_squares.hpp"
@@ -170,7 +171,7 @@ constexpr std::array<std::size_t, 3> kCounts = {1, 2, 8};  // of parts: the reco
 
 /// Of the records, of halves and of eighths, where they differ most clearly.
 Difference clearest(const std::vector<Part>& runs) {
-  constexpr double kLeastRuns = 10, kNoChance = 1e-4;
+  constexpr double kLeastRuns = 10;
   const auto p = static_cast<double>(runs.front().gradient.size());
   const Energy all = energy(runs);
   Difference most;
@@ -185,7 +186,8 @@ Difference clearest(const std::vector<Part>& runs) {
     const double chance =
         inside < kLeastRuns ? above(ratio * freedom, freedom)
                             : boost::math::cdf(boost::math::complement(boost::math::fisher_f(freedom, inside), ratio));
-    if (inside >= kLeastRuns && above(scatter * inside, inside) < kNoChance) most.noise = std::max(most.noise, scatter);
+    if (inside >= kLeastRuns && above(scatter * inside, inside) < rules::kNotWhite)
+      most.noise = std::max(most.noise, scatter);
     if (chance < most.chance) most = {chance, parts, most.noise};
   }
   return most;
@@ -253,7 +255,6 @@ void widen(const Eigen::VectorXd& by, IdentifiedModel& model) {
 /// Names the coefficient on which parts differ most; false where that is less than 1 % of it.
 bool tell(const Difference& difference, const Eigen::MatrixXd& rows, const std::vector<Recording>& records,
           IdentifiedModel& model) {
-  constexpr double kMatters = 0.01;
   Asked low, high;
   Eigen::Index most = 0;
   for (Eigen::Index j = 0; j < rows.rows(); ++j) {
@@ -269,7 +270,7 @@ bool tell(const Difference& difference, const Eigen::MatrixXd& rows, const std::
     most = j;
   }
   const auto& [name, value] = model.parameters[static_cast<std::size_t>(most)];
-  if (!(high.change - low.change > kMatters * std::abs(value.value))) return false;
+  if (!(high.change - low.change > rules::kPartsMatter * std::abs(value.value))) return false;
   model.summary.add({FindingCode::parts_differ,
                      Consequence::no_trust,
                      {{"first", value.value + low.change},
@@ -283,7 +284,6 @@ bool tell(const Difference& difference, const Eigen::MatrixXd& rows, const std::
 }  // namespace
 
 void judge_parts(const std::vector<Recording>& records, const SindyOptions& options, IdentifiedModel& model) {
-  constexpr double kChance = 1e-6;
   if (model.summary.status == Status::unusable || options.discrete || !options.refine || options.hidden > 0 ||
       !options.denominators.empty() || model.parameters.empty())
     return;
@@ -300,7 +300,7 @@ void judge_parts(const std::vector<Recording>& records, const SindyOptions& opti
   if (more) {  // not the same in all directions
     for (Eigen::Index j = 0; j < rows.rows(); ++j) variance[j] = std::max(variance[j], scatter(runs, rows.row(j)));
   }
-  if (difference.chance < kChance && tell(difference, rows, records, model)) {
+  if (difference.chance < rules::kPartsDiffer && tell(difference, rows, records, model)) {
     for (const std::size_t count : kCounts) {
       const std::vector<Part> parts = joined(runs, count);
       for (Eigen::Index j = 0; j < rows.rows(); ++j)

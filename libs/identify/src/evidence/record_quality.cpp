@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rules/rules.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/noise.hpp"
 
@@ -100,7 +101,7 @@ void check_signals(const std::vector<Recording>& records, const std::vector<std:
             samples += static_cast<double>(v.size());
           }
           const double noise = samples > 0 ? std::sqrt(energy / samples) : 0;
-          if (s.spread < 1.2 * noise) {
+          if (s.spread * s.spread < rules::kMostlyNoise * noise * noise) {
             summary.fail(fmt::format("channel {} is mostly noise: rms {:.3g}, noise {:.3g}", name, s.spread, noise));
           }
         }

@@ -9,15 +9,13 @@
 #include <numbers>
 
 #include "problem/rotor_equations.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 #include "terms/catalogue.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/nan.hpp"
 
 namespace whirl::identification::detail {
 namespace {
-
-constexpr double k95 = 1.959963984540054;
 
 using Vector5 = Eigen::Matrix<double, 5, 1>;
 using Matrix5 = Eigen::Matrix<double, 5, 5>;
@@ -26,7 +24,7 @@ Vector5 five(const RotorModel& r) { return (Vector5() << r.k1, r.k2, r.c, r.eps.
 
 /// Variance to add so that 1.96 deviations from here reach 1.96 of `theirs` beyond a reading that lies `shift` away.
 double reach(double shift, double theirs, double own) {
-  const double sd = std::abs(shift) / k95 + std::sqrt(std::max(theirs, 0.0));
+  const double sd = std::abs(shift) / rules::k95 + std::sqrt(std::max(theirs, 0.0));
   return std::max(0.0, sd * sd - std::max(own, 0.0));
 }
 
@@ -54,9 +52,9 @@ void widen(IdentifiedModel& model, const IdentifiedModel& other) {
     if (o == nullptr || !std::isfinite(e.sd) || !std::isfinite(o->sd)) continue;
     double shift = o->value - e.value;
     if (name.starts_with("e_phase")) shift = std::remainder(shift, 2 * std::numbers::pi);
-    e.low = std::min(e.low, e.value + shift - k95 * o->sd);
-    e.high = std::max(e.high, e.value + shift + k95 * o->sd);
-    e.sd = std::max({e.sd, (e.value - e.low) / k95, (e.high - e.value) / k95});
+    e.low = std::min(e.low, e.value + shift - rules::k95 * o->sd);
+    e.high = std::max(e.high, e.value + shift + rules::k95 * o->sd);
+    e.sd = std::max({e.sd, (e.value - e.low) / rules::k95, (e.high - e.value) / rules::k95});
   }
   if (model.rotor_covariance.size() != 25 || other.rotor_covariance.size() != 25) return;
   using Rows = Eigen::Matrix<double, 5, 5, Eigen::RowMajor>;
@@ -111,7 +109,7 @@ void bow_beside_runout(bool better, RotorIdentification& result) {
   IdentifiedModel& model = result.model;
   const Estimate *re = model.parameter("runout1+_re"), *im = model.parameter("runout1+_im");
   const std::complex<double> runout(re->value, im->value);
-  if (std::abs(runout) < 3 * std::max(re->sd, im->sd)) return;
+  if (std::abs(runout) < rules::kVectorSeen * std::max(re->sd, im->sd)) return;
   // A bow b reads as runout b with eccentricity e + b (1 - i c / omega): docs/identification.md.
   const double speed = model.rotor->natural_frequency();
   IdentifiedModel bowed = model;
@@ -209,7 +207,7 @@ void either_clock(RotorIdentification& result) {
 void springs_along_axes(const GrownRotor& grown, RotorIdentification& result) {
   const ScoreCandidate* c = grown.test.find(terms::cubic_per_axis());
   const Estimate& k2 = *result.model.parameter("k2");
-  if (c == nullptr || k2.covers(0) || std::abs(k2.value) * 4 / 3 > 5 * c->sd) return;
+  if (c == nullptr || k2.covers(0) || std::abs(k2.value) * 4 / 3 > rules::kAxesToldApart * c->sd) return;
   Ambiguity open{"a radial cubic spring, or cubic springs along the axes: the orbits are nearly circular",
                  fmt::format("k2 {:.4g} 1/(m^2 s^2) radial, or {:.4g} along each axis", k2.value, k2.value * 4 / 3),
                  "a static stiffness test in two directions, or an impact: a motion along a line"};
@@ -308,9 +306,9 @@ void state_angle_step(const std::vector<RotorRecord>& records, RotorIdentificati
   if (step == 0) return;
   const double half = kFit * 0.5 * step;
   for (auto& [name, e] : result.model.parameters) {
-    if (name.starts_with("e_phase")) e = Estimate::from_sd(e.value, e.sd + half / k95);
+    if (name.starts_with("e_phase")) e = Estimate::from_sd(e.value, e.sd + half / rules::k95);
   }
-  spread_phase(result.model, half / k95);
+  spread_phase(result.model, half / rules::k95);
   if (half < kCoarse) return;
   result.model.summary.warn(fmt::format(
       "the angle comes in steps of {:.3g} deg and nothing says how it is rounded: the phase of e is known to "

@@ -8,7 +8,7 @@
 
 #include "evidence/omitted_terms.hpp"
 #include "evidence/verdict.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 #include "terms/catalogue.hpp"
 #include "whirl/core/angles.hpp"
 
@@ -57,12 +57,12 @@ void judge_parameters(const IdentifiedModel& model, const Cover& cover, Summary&
     const Estimate& e = *model.parameter(name);
     return e.sd / std::abs(e.value);
   };
-  if (!(relative("k1") < 0.05)) {
+  if (!(relative("k1") < rules::kSpringOpen)) {
     summary.fail(
         fmt::format("the stiffness is not determined by these records (+-{:.0f} %): run through the critical speed",
                     196 * relative("k1")));
   }
-  if (!(relative("e") < 0.5)) summary.fail("the unbalance is not determined by these records");
+  if (!(relative("e") < rules::kUnbalanceOpen)) summary.fail("the unbalance is not determined by these records");
   const Estimate& c = *model.parameter("c");
   if (c.high < 0) {
     summary.fail("the damping is negative: the rotor is unstable or the angle is wrong");
@@ -113,7 +113,7 @@ void judge_reach(const RotorIdentification& result, const Cover& cover, Summary&
   }
   // Near standstill the probes see runout alone; without such a stretch it is part of e.
   const bool probes = result.model.quantity == Quantity::displacement;
-  if (probes && result.active.runout_harmonics == 0 && low > 0.25 * critical) {
+  if (probes && result.active.runout_harmonics == 0 && low > rules::kNearStandstill * critical) {
     summary.warn(fmt::format(
         "the records do not go below {:.1f} Hz: shaft runout cannot be distinguished from the unbalance and is "
         "part of e",

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "evidence/verdict.hpp"
+#include "rules/rules.hpp"
 #include "whirl/expr/library.hpp"
 #include "whirl/signal/noise.hpp"
 
@@ -98,11 +99,10 @@ OutputWeights output_weights(const SindyData& data, const Eigen::VectorXd& corre
 }
 
 void judge_regression(const SindyData& data, IdentifiedModel& model) {
-  constexpr double kWarn = 0.1, kFail = 0.5;
   Summary& s = model.summary;
-  if (!(s.residual < kFail)) {
+  if (!(s.residual < rules::kLost)) {
     s.fail(fmt::format("the terms leave {:.0f} % of a left-hand side unexplained (rms)", 100 * s.residual));
-  } else if (s.residual > kWarn) {
+  } else if (s.residual > rules::kRegressionPoor) {
     s.warn(
         fmt::format("the terms leave {:.0f} % of a left-hand side unexplained (rms): noise in the columns biases the "
                     "coefficients",

@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 
 namespace whirl::identification::detail {
 
 bool judge_unexplained(double unexplained, const std::string& run, const std::string& cause, Summary& summary) {
-  constexpr double kUnusable = 0.15;
-  if (unexplained < kUnusable) return true;
+  if (unexplained < rules::kUnexplained) return true;
   summary.add({FindingCode::motion_unexplained, Consequence::unusable, {{"share", unexplained}}, run}, ": " + cause);
   return false;
 }
@@ -23,9 +22,7 @@ bool judge_chi_square(double chi_square, const std::string& consequence, Summary
 }
 
 void judge_held_out(const HeldOut& held, Summary& summary) {
-  constexpr double kUnusable = 0.5, kSeen = 0.02;
-  // What is left may exceed the noise by this only because both are estimates of few samples.
-  constexpr double kScatter = 1.3;
+  const auto square = [](double value) { return value * value; };
   if (summary.status == Status::unusable) return;
   if (!held.reason.empty())
     summary.add({FindingCode::held_out_not_tried, Consequence::warning, {}, held.what}, ": " + held.reason);
@@ -40,11 +37,14 @@ void judge_held_out(const HeldOut& held, Summary& summary) {
     const double beyond = std::sqrt(std::max(0.0, s.rmse * s.rmse - s.noise * s.noise));
     const double spread = s.nrmse > 0 ? s.rmse / s.nrmse : INFINITY;
     const double motion = std::sqrt(std::max(spread * spread - s.noise * s.noise, 1e-2 * spread * spread));
-    moves = moves || !(spread <= kScatter * s.noise);
-    if (!(s.noise > 0 && s.rmse <= kScatter * s.noise)) worst = std::max(worst, beyond / motion);
-    if (missed == nullptr && s.noise > 0 && s.rmse > 2 * s.noise && beyond > kSeen * motion) missed = &s;
+    moves = moves || !(square(spread) <= rules::kHeldOutScatter * square(s.noise));
+    if (!(s.noise > 0 && square(s.rmse) <= rules::kHeldOutScatter * square(s.noise)))
+      worst = std::max(worst, beyond / motion);
+    if (missed == nullptr && s.noise > 0 && square(s.rmse) > rules::kHeldOutMore * square(s.noise) &&
+        beyond > rules::kHeldOutSeen * motion)
+      missed = &s;
   }
-  if (worst > kUnusable) {
+  if (worst > rules::kLost) {
     summary.add({FindingCode::held_out_not_predicted, Consequence::unusable, {{"share", worst}}, held.what});
   } else if (missed != nullptr) {
     summary.add({FindingCode::held_out_missed,

@@ -19,7 +19,7 @@
 #include "problem/record_noise.hpp"
 #include "problem/rotor_equations.hpp"
 #include "record/start_motion.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 #include "terms/catalogue.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
@@ -87,7 +87,6 @@ void search_profile(RotorRecord& record, const RotorIdentifyOptions& options) {
 /// of each alone against those of the first. `start`: what they give then.
 bool part_records(const std::vector<RotorRecord>& records, const WeakRotorOptions& weak, OutputErrorOptions& active,
                   WeakRotorFit& start) {
-  constexpr double kFar = 5, kLeast = 1e-4;  // standard deviations, share
   std::vector<WeakRotorFit> alone;
   for (const RotorRecord& r : records) {
     alone.push_back(fit_weak_rotor({r}, weak));
@@ -101,8 +100,8 @@ bool part_records(const std::vector<RotorRecord>& records, const WeakRotorOption
     };
     for (const WeakRotorFit& f : alone) {
       out.push_back(f.values[j] - alone[0].values[j]);
-      differ |= std::abs(out.back()) > kFar * std::sqrt(variance(f) + variance(alone[0])) &&
-                std::abs(out.back()) > kLeast * std::abs(alone[0].values[j]);
+      differ |= std::abs(out.back()) > rules::kRecordsDiffer * std::sqrt(variance(f) + variance(alone[0])) &&
+                std::abs(out.back()) > rules::kRecordsMatter * std::abs(alone[0].values[j]);
     }
     return differ ? out : std::vector<double>{};
   };
@@ -132,7 +131,7 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
     if (better || !best) best = std::move(other);
     return better;
   };
-  constexpr double kAny = 1, kHalf = 0.5;
+  constexpr double kAny = 1;
   const auto found = [&] { return misfit() < rules::kModelError; };
 
   std::unique_ptr<RotorSearch> lower;
@@ -152,18 +151,18 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
   WeakRotorFit start = first;
   if (records.size() > 1 && !found() && part_records(moving, weak, own, start)) {
     if (!best) take(search(first.model, first.eps, active), kAny);
-    if (take(search(start.model, start.eps, own), kHalf)) {
+    if (take(search(start.model, start.eps, own), rules::kHalf)) {
       first = std::move(start);
       active = std::move(own);
     }
   }
   // Where the first of two resonances is followed better than the whole, the terms of the whole are not what is
   // missing.
-  const auto two = [&] { return lower && lower->misfit() < kHalf * misfit(); };
+  const auto two = [&] { return lower && lower->misfit() < rules::kHalf * misfit(); };
   // Begun again with rare terms or with modes of any frequency among the candidates, so that none of the terms taken up
   // so far stands in for one of them.
   if (options.terms && displacement && best && !found() && !two())
-    take(search(first.model, first.eps, active, Beside::rare_terms), kHalf);
+    take(search(first.model, first.eps, active, Beside::rare_terms), rules::kHalf);
   // (A whirl of its own is followed over parts of the displacements: not sought in an integral.)
   std::unique_ptr<RotorSearch> driven;
   std::string said;
@@ -182,9 +181,9 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
   }
   if (!best) take(search(first.model, first.eps, active), kAny);
   if (options.search_modes && best->usable() && !found() && !two())
-    take(search(first.model, first.eps, active, Beside::modes), kHalf);
+    take(search(first.model, first.eps, active, Beside::modes), rules::kHalf);
   for (std::unique_ptr<RotorSearch>* other : {&driven, &lower})
-    if (*other) take(std::move(*other), kHalf);
+    if (*other) take(std::move(*other), rules::kHalf);
   detail::GrownRotor grown = std::move(*best).finish();
   if (!said.empty() && !(grown.misfit() < rules::kModelError)) grown.warnings.push_back(said);
   return grown;

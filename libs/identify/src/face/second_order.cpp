@@ -14,6 +14,7 @@
 #include "evidence/record_quality.hpp"
 #include "evidence/verdict.hpp"
 #include "output_error/substeps.hpp"
+#include "rules/rules.hpp"
 #include "weak/integral_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
@@ -29,10 +30,9 @@
 namespace whirl::identification {
 namespace {
 
-constexpr double kPoorStart = 0.15;  // of the motion unexplained: as for an unusable model
-constexpr double kFloor = 1e-6;      // of the motion: errors of integration and interpolation
-constexpr double kCalm = 1e-3;       // of the motion: noise that differences bear
-constexpr Eigen::Index kEnd = 20;    // samples at each end that carry the end effect of the resampling
+constexpr double kFloor = 1e-6;    // of the motion: errors of integration and interpolation
+constexpr double kCalm = 1e-3;     // of the motion: noise that differences bear
+constexpr Eigen::Index kEnd = 20;  // samples at each end that carry the end effect of the resampling
 
 FreeRun free_run(const CompiledModel& model, const Recording& r, const std::string& output, int steps) {
   const Eigen::VectorXd& y = r[output];
@@ -211,7 +211,7 @@ IdentifiedModel grow(const IdentifiedModel& model, const Recording& recording, c
     double next_error = error * (1 - options.least_gain);
     for (std::size_t k = 0; k < std::min<std::size_t>(3, best.scores.size()); ++k) {
       const TermScore& s = best.scores[k];
-      if (s.score < 16) break;
+      if (s.score < rules::kTerm) break;
       IdentifiedModel larger = best.model;
       Estimate start;
       start.value = s.coefficient;
@@ -251,7 +251,7 @@ IdentifiedModel refined(const IdentifiedModel& regressed, const Recording& recor
                         const std::vector<expr::Expr>& terms, const SecondOrderOptions& options) {
   const std::string &y = regressed.states[0], &rate = regressed.states[1], &u = regressed.inputs[0];
   const auto poor = [&](const IdentifiedModel& m) {
-    return !(unexplained_share(recording[y], error_on(m, recording, y)) < kPoorStart);
+    return !(unexplained_share(recording[y], error_on(m, recording, y)) < rules::kUnexplained);
   };
   std::vector<std::string> candidates = options.candidates;
   if (candidates.empty()) {

@@ -12,6 +12,7 @@
 #include "evidence/sindy_verdict.hpp"
 #include "output_error/sindy_refine.hpp"
 #include "problem/sindy_prepare.hpp"
+#include "rules/rules.hpp"
 #include "timing/sindy_timing.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/hidden_states.hpp"
@@ -60,11 +61,11 @@ Refinement refined_with(const detail::SindyData& data, const detail::Regression&
 /// With white noise; where that does not explain the records and noise that is correlated from sample to sample
 /// explains them to the last, with that.
 Refinement refined(const detail::SindyData& data, const detail::Regression& regression) {
-  constexpr double kUnexplained = 1.2;
   constexpr int kRounds = 3;
   SindyOptions options = data.options();
   Refinement white = refined_with(data, regression, options);
-  if (!options.noise_correlation.empty() || !white.weights.noisy || !(white.model.summary.chi_square > kUnexplained))
+  if (!options.noise_correlation.empty() || !white.weights.noisy ||
+      !(white.model.summary.chi_square > rules::kMayBeColoured))
     return white;
   detail::Followed followed = white.followed;
   for (int round = 0; round < kRounds; ++round) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "rules/rules.hpp"
+
 namespace whirl::identification::detail {
 
 std::vector<CandidateMode> hammer_modes(const RotorIdentifyOptions& options, double main_frequency) {
@@ -58,10 +60,8 @@ std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, 
 }
 
 double threshold_of(const TermEntry& term, double threshold) {
-  constexpr double kUsual = 16;  // forces, sensor axes, modes above the speeds
-  constexpr double kRare = 13;   // parameters of the rare ones
-  const double kMoreChances = term.rare ? kUsual + kRare : kUsual;
-  return term.plain_threshold ? threshold : threshold + 2 * std::log(kMoreChances * term.chances);
+  const double tests = term.rare ? rules::kUsualTests + rules::kRareTests : rules::kUsualTests;
+  return term.plain_threshold ? threshold : threshold + 2 * std::log(tests * term.chances);
 }
 
 std::vector<TermId> next_terms(const std::vector<ScoreCandidate>& candidates, const Growth& growth,
@@ -78,7 +78,7 @@ std::vector<TermId> next_terms(const std::vector<ScoreCandidate>& candidates, co
     usual |= !c.term->rare;
     if (c.term->rare && !rare && (usual || !lead)) continue;
     if (c.term->one_at_a_time) {
-      if (c.score < 3 * threshold && growth.mode(c.place).searched) continue;
+      if (c.score < rules::kOfSearch * threshold && growth.mode(c.place).searched) continue;
       if (std::ranges::any_of(terms, [](const TermId& t) { return t.entry->one_at_a_time; })) continue;
     }
     best = std::max(best, c.score);

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "growth/rotor_candidates.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 
 /// The search for the terms of a rotor model.
 namespace whirl::identification::detail {
@@ -113,9 +113,6 @@ class RotorSearch {
   std::vector<Near> near_;
   std::vector<TermId> refused_;
 };
-
-/// Likelihood ratio of models that are told apart (three sigma).
-inline constexpr double kToldApart = 9;
 
 /// Forces of that kind begin at an instant as the weak equations say.
 void begin_at(std::vector<RotorTerm>& terms, const ScoreCandidate& found, double instant);

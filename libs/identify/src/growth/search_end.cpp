@@ -3,17 +3,11 @@
 #include <cmath>
 
 #include "growth/rotor_search.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 #include "terms/catalogue.hpp"
 
 /// From the end of the search to the model.
 namespace whirl::identification::detail {
-namespace {
-
-constexpr double kHint = 10.8;  // score of a hint (3.3 sigma)
-
-}  // namespace
-
 double RotorSearch::misfit() const {
   return usable() ? std::max(grown_.chi_square, fit_.summary.chi_square) : INFINITY;
 }
@@ -97,18 +91,18 @@ void RotorSearch::find_others() {
     if (!less) continue;
     OutputErrorFit replaced = fit_from_either(with_term(*less, other, options_.refine_poles), with);
     count(replaced, growth_);
-    if (replaced.summary.status != Status::unusable && plausible_gain(replaced, fit_) < kToldApart)
+    if (replaced.summary.status != Status::unusable && plausible_gain(replaced, fit_) < rules::kToldApart)
       grown_.others.push_back({label(taken, growth_), label(other, growth_),
                                std::min(taken.entry->decider, other.entry->decider), std::move(replaced)});
   }
   find_second_kind();
   if (fit_.summary.chi_square > rules::kAnotherModel) return;  // every term shows a sign of what is missing
   for (const ScoreCandidate& c : grown_.test.candidates) {
-    if (!c.term->in_model || !c.term->hinted || c.score < kHint) continue;
+    if (!c.term->in_model || !c.term->hinted || c.score < rules::kHint) continue;
     const Growth with = with_term(growth_, {c.term, c.place}, options_.refine_poles);
     if (too_many(with)) continue;
     OutputErrorFit more = fit(with);
-    if (more.summary.status != Status::unusable && plausible_gain(fit_, more) >= kToldApart)
+    if (more.summary.status != Status::unusable && plausible_gain(fit_, more) >= rules::kToldApart)
       grown_.others.push_back({"", std::string(c.term->label), c.term->decider, std::move(more)});
   }
 }
@@ -122,7 +116,7 @@ void RotorSearch::find_second_kind() {
     with.active.sensor = fit_.sensor;
     second->start(with.active.sensor);
     OutputErrorFit other = fit(with);
-    if (other.summary.status != Status::unusable && gain(other, fit_) < kToldApart)
+    if (other.summary.status != Status::unusable && gain(other, fit_) < rules::kToldApart)
       grown_.others.push_back(
           {std::string(second->after().label), std::string(second->label), second->decider, std::move(other)});
   }

@@ -7,7 +7,7 @@
 
 #include "growth/free_run_score.hpp"
 #include "growth/rotor_search.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 #include "terms/catalogue.hpp"
 
 /// What the records say against a growing model.

@@ -7,7 +7,7 @@
 
 #include "growth/rotor_search.hpp"
 #include "growth/term_sizes.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 #include "terms/catalogue.hpp"
 
 /// One step of the search after the other.
@@ -92,7 +92,7 @@ RotorSearch::Trials RotorSearch::try_each(const std::vector<TermId>& terms, cons
   for (auto& [k, trial] : slow) {
     if (spent()) break;
     // The best one goes on for what would be told apart, another one to be better than that.
-    const double least = trials.best->summary.chi_square, apart = kToldApart * std::max(1.0, least) / values_;
+    const double least = trials.best->summary.chi_square, apart = rules::kToldApart * std::max(1.0, least) / values_;
     const Growth& with = trials.tried[k].with;
     OutputErrorFit further = fit_to_the_end(with, std::move(trial), least - (k == trials.chosen ? apart : 0));
     count(further, with);
@@ -169,7 +169,7 @@ void RotorSearch::try_bow() {
   settle();
   const Growth bowed = with_term(growth_, {&terms::bow()}, options_.refine_poles);
   OutputErrorFit trial = fit(bowed);
-  if (trial.summary.status == Status::unusable || gain(fit_, trial) < kToldApart) return;
+  if (trial.summary.status == Status::unusable || gain(fit_, trial) < rules::kToldApart) return;
   const Start before = start_of(fit_);
   fit_ = std::move(trial);
   growth_ = bowed;
@@ -180,9 +180,8 @@ void RotorSearch::try_bow() {
 /// Where much stays unexplained, any term of many takes up a little of it, at one long fit each: what the model lacks
 /// is then something else.
 bool RotorSearch::explains_enough(const OutputErrorFit& larger) const {
-  constexpr double kLeast = 0.01;
   const double before = fit_.summary.chi_square, after = larger.summary.chi_square;
-  return after < rules::kAnotherModel || before - after >= kLeast * (before - 1);
+  return after < rules::kAnotherModel || before - after >= rules::kExplainsLeast * (before - 1);
 }
 
 /// Adds what a trial fit cost.

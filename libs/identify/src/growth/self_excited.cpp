@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "record/start_motion.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
 
 namespace whirl::identification::detail {
@@ -51,7 +51,6 @@ bool refine(const std::vector<RotorRecord>& records, Eigen::Index parts, WhirlSt
 
 std::vector<WhirlStart> self_excited_starts(const std::vector<RotorRecord>& records, WeakRotorOptions weak,
                                             const WeakRotorFit& first) {
-  constexpr double kLess = 0.5;
   constexpr Eigen::Index kMostParts = 16;
   double top = 0;
   for (const RotorRecord& r : records) top = std::max(top, r.speed_high());
@@ -61,7 +60,7 @@ std::vector<WhirlStart> self_excited_starts(const std::vector<RotorRecord>& reco
     weak.whirl_force = RotorTerm{entry};
     WhirlStart whirl{fit_weak_rotor(records, weak)};
     const WeakRotorFit& start = whirl.fit;
-    const bool explains = first.model.c <= 0 || start.summary.chi_square < kLess * first.summary.chi_square;
+    const bool explains = first.model.c <= 0 || start.summary.chi_square < rules::kHalf * first.summary.chi_square;
     if (start.summary.status == Status::unusable || !explains || !(start.model.c > 0) ||
         !std::isfinite(whirl.unstable = unstable_from(start.model, start.terms, top)))
       continue;

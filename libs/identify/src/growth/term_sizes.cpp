@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rules/rules.hpp"
+
 namespace whirl::identification::detail {
 namespace {
 
@@ -47,9 +49,8 @@ std::vector<TermSize> sizes_of(const OutputErrorFit& fit) {
 }
 
 double surprise(const OutputErrorFit& fit) {
-  constexpr double kUsual = 3;  // usual sizes are known to a factor of 3
   double sum = 0;
-  for (const TermSize& s : sizes_of(fit)) sum += 4 * std::log(std::max(1.0, s.ratio() / kUsual));
+  for (const TermSize& s : sizes_of(fit)) sum += 4 * std::log(std::max(1.0, s.ratio() / rules::kSurprise));
   return sum;
 }
 

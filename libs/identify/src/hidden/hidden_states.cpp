@@ -14,6 +14,7 @@
 #include "evidence/verdict.hpp"
 #include "hidden/hidden_kinds.hpp"
 #include "record/bridge_gaps.hpp"
+#include "rules/rules.hpp"
 #include "timing/sindy_timing.hpp"
 #include "trajectory/trajectory_runs.hpp"
 #include "trajectory/trajectory_score.hpp"
@@ -96,7 +97,7 @@ class Search {
       Fitted best;
       int tried = 0;
       for (const TermScore& s : scores) {
-        if (tried >= 5 || s.score < 25) break;
+        if (tried >= 5 || s.score < rules::kHiddenTerm) break;
         if (refused.contains(s.equation + s.function)) continue;
         ++tried;
         IdentifiedModel larger = now.model;
@@ -110,9 +111,9 @@ class Search {
         if (!std::isfinite(trial.rmse)) continue;
         trial.error = held_error(trial.model);
         if (trial.error < best.error) best = std::move(trial);
-        if (best.error > 0.97 * now.error) refused.insert(s.equation + s.function);
+        if (best.error > rules::kHiddenTermGain * now.error) refused.insert(s.equation + s.function);
       }
-      if (!(best.error < 0.97 * now.error)) break;
+      if (!(best.error < rules::kHiddenTermGain * now.error)) break;
       now = std::move(best);
     }
     return prune(std::move(now));
@@ -336,7 +337,7 @@ IdentifiedModel fit_hidden(const std::vector<Recording>& records, const SindyOpt
         best_kind = kind;
       }
     }
-    if (!(best.error < 0.9 * now.error)) break;
+    if (!(best.error < rules::kHiddenGain * now.error)) break;
     now = std::move(best);
     for (HiddenTrial& t : all) t.chosen = t.chosen || (t.kind == best_kind && t.error == now.error);
     taken += (taken.empty() ? "" : ", ") + best_kind;
@@ -357,9 +358,9 @@ IdentifiedModel fit_hidden(const std::vector<Recording>& records, const SindyOpt
   model.summary.residual = final.rmse;
   if (!final.converged) model.summary.warn("the fit on free runs did not converge");
   judge_noise(records, plain, final, model.summary);
-  if (now.error > 0.15 && now.error <= 0.5)
+  if (now.error > rules::kUnexplained && now.error <= rules::kLost)
     model.summary.warn(fmt::format("model error: {:.2g} % of the motion held out unexplained", 100 * now.error));
-  if (!(now.error <= 0.5))
+  if (!(now.error <= rules::kLost))
     model.summary.fail(fmt::format("free runs leave {:.0f} % of the motion held out unexplained", 100 * now.error));
   model.summary.trust =
       model.summary.status == Status::unusable

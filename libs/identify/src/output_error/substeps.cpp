@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rules/rules.hpp"
+
 namespace whirl::identification::detail {
 
 int substeps_for(double change, int steps, int most) {
@@ -50,7 +52,6 @@ int substeps_needed(const CompiledModel& model, const std::vector<FreeRun>& one,
 
 FinerSteps finer_steps(const IdentifiedModel& model, const std::function<std::vector<FreeRun>(int)>& runs, int steps,
                        double dt, RefineOptions options) {
-  constexpr double kClear = 16;         // four standard deviations
   constexpr double kNegligible = 1e-6;  // of the mean square of the motion
   FinerSteps found{steps, {}, false, 0};
   const std::vector<FreeRun> one = runs(1);
@@ -70,8 +71,8 @@ FinerSteps finer_steps(const IdentifiedModel& model, const std::function<std::ve
   }
   const double left = then.rmse * then.rmse;
   const double gain = values * (now.rmse * now.rmse - left) / std::max({left, kNegligible * energy / values, 1e-300});
-  if (then.starts.empty() || !(gain > kClear || now.starts.empty())) {
-    found.against = then.starts.empty() || gain < -kClear;
+  if (then.starts.empty() || !(gain > rules::kTerm || now.starts.empty())) {
+    found.against = then.starts.empty() || gain < -rules::kTerm;
     return found;
   }
   found.steps = needed;

@@ -6,6 +6,7 @@
 #include "output_error/model_terms.hpp"
 #include "output_error/rival_terms.hpp"
 #include "output_error/term_search.hpp"
+#include "rules/rules.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -103,18 +104,17 @@ std::vector<Rival> TermSearch::rivals(const IdentifiedModel& model, double margi
 }
 
 std::vector<Rival> TermSearch::settle_rivals(IdentifiedModel& model) {
-  constexpr double kTold = 10;  // of the criterion: odds of 150 to 1 (Kass and Raftery 1995)
   constexpr int kMostRounds = 4;
   constexpr std::size_t kMostTried = 8;
   std::vector<Rival> alike;
   for (int round = 0; round < kMostRounds && !spent(); ++round) {
     alike.clear();
-    std::vector<Rival> found = rivals(model, 2 * kTold);
+    std::vector<Rival> found = rivals(model, 2 * rules::kOdds150);
     if (found.size() > kMostTried) found.resize(kMostTried);
     bool better = false;
     for (Rival& r : found) {
       if ((better = exchange(model, r))) break;
-      if (r.excess < kTold) alike.push_back(std::move(r));
+      if (r.excess < rules::kOdds150) alike.push_back(std::move(r));
     }
     if (!better) break;
   }

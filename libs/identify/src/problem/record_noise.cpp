@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "rules/rules.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/signal/fft.hpp"
 
@@ -209,7 +210,8 @@ void fit_colour(const std::array<Eigen::VectorXd, 2>& v, const std::array<Eigen:
     trial << reflection, Eigen::VectorXd::Zero(order - reflection.size());
     double trial_level = 1;
     const double value = minimise(cost, trial, trial_level);
-    if (count * (lowest - value) < 12 + std::log(count) * static_cast<double>(order - reflection.size())) continue;
+    if (count * (lowest - value) < rules::kColoured + std::log(count) * static_cast<double>(order - reflection.size()))
+      continue;
     lowest = value;
     reflection = trial;
     found = trial_level;

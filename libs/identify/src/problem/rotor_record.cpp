@@ -7,6 +7,7 @@
 
 #include "problem/one_axis.hpp"
 #include "problem/record_noise.hpp"
+#include "rules/rules.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/motion_quantity.hpp"
@@ -29,16 +30,17 @@ void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::Vecto
       s.fail(fmt::format(
           "channel {} is constant: the sensor sees no motion; leave the channel out to identify from the other alone",
           name));
-    } else if (sd < 1.2 * noise) {
+    } else if (sd * sd < rules::kMostlyNoise * noise * noise) {
       s.fail(fmt::format("channel {0} is mostly noise: rms {1:.3g} {3}, noise {2:.3g} {3}", name, sd, noise,
                          si_unit(r.quantity)));
     }
   }
   if (!r.one_axis() && sx > 1e-12 && sy > 1e-12) {
     const double correlation = ((x.array() - x.mean()) * (y.array() - y.mean())).mean() / (sx * sy);
-    if (std::abs(correlation) > 0.99) s.fail("channels x and y carry the same signal: both directions are needed");
+    if (std::abs(correlation) > rules::kSameSignal)
+      s.fail("channels x and y carry the same signal: both directions are needed");
   }
-  if (r.speed_high() - r.speed_low() < 0.2 * r.speed_high()) {
+  if (r.speed_high() - r.speed_low() < rules::kSpeedRange * r.speed_high()) {
     s.fail(fmt::format("the speed stays between {:.1f} and {:.1f} Hz: a run-up or run-down is needed",
                        r.speed_low() / kTwoPi, r.speed_high() / kTwoPi));
   }

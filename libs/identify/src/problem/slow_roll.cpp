@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "rules/rules.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::identification {
@@ -23,10 +24,9 @@ RotorRecord read(const Recording& record, RotorRecordOptions options) {
 }
 
 void widen(Estimate& e, double to, double sd) {
-  constexpr double k95 = 1.959963984540054;
-  e.low = std::min(e.low, to - k95 * sd);
-  e.high = std::max(e.high, to + k95 * sd);
-  e.sd = std::max({e.sd, (e.value - e.low) / k95, (e.high - e.value) / k95});
+  e.low = std::min(e.low, to - rules::k95 * sd);
+  e.high = std::max(e.high, to + rules::k95 * sd);
+  e.sd = std::max({e.sd, (e.value - e.low) / rules::k95, (e.high - e.value) / rules::k95});
 }
 
 Estimate* find(IdentifiedModel& model, const std::string& name) {
@@ -66,7 +66,7 @@ void state(const SlowRoll& roll, SlowRollMeaning meaning, Identification& id) {
   if (!model.rotor || meaning == SlowRollMeaning::runout) return;
   const double w = model.rotor->natural_frequency();
   const Complex shift = -roll.vectors[0] * Complex(1, -model.rotor->c / w);  // from runout to bow
-  if (std::abs(shift) < 3 * roll.sd) return;
+  if (std::abs(shift) < rules::kVectorSeen * roll.sd) return;
   const Complex bowed = model.rotor->eps + shift;
   Estimate &e = *find(model, "e"), &phase = *find(model, "e_phase");
   const double turn = std::remainder(std::arg(bowed) - phase.value, 2 * std::numbers::pi);
@@ -171,7 +171,7 @@ Identification identify_with_slow_roll(const std::vector<Recording>& records, co
   }
   Identification id = identify(corrected(), options);
   state(roll, meaning, id);
-  if (id.model.rotor && roll.speed > 0.3 * id.model.rotor->natural_frequency()) {
+  if (id.model.rotor && roll.speed > rules::kSlowRoll * id.model.rotor->natural_frequency()) {
     id.model.summary.warn(
         fmt::format("{}: the slow roll runs at {:.2g} of the critical speed: its vector holds motion "
                     "(stay below 0.3)",

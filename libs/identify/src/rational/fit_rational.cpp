@@ -8,7 +8,7 @@
 
 #include "evidence/channel_units.hpp"
 #include "evidence/record_quality.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 #include "trajectory/trajectory_runs.hpp"
 #include "trajectory/trajectory_score.hpp"
 #include "whirl/core/error.hpp"

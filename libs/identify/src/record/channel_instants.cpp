@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "rules/rules.hpp"
 #include "trajectory/held_input.hpp"
 #include "weak/integral_rows.hpp"
 #include "whirl/core/error.hpp"
@@ -41,15 +42,14 @@ detail::IntegralRows rows_of(const std::vector<Recording>& records, const SindyO
 
 /// Seconds by which state j is read after those instants at which it is the rate of state i.
 std::optional<double> lateness(const detail::IntegralRows& rows, Eigen::Index i, Eigen::Index j) {
-  constexpr double kIsRate = 0.05, kBetter = 0.95;
   const Eigen::VectorXd rate = rows.target.col(i), v = rows.theta.col(j);
   const double alone = (rate - v * (v.dot(rate) / v.squaredNorm())).squaredNorm();
-  if (!(alone < kIsRate * rate.squaredNorm())) return std::nullopt;
+  if (!(alone < rules::kIsRate * rate.squaredNorm())) return std::nullopt;
   // rate(t) = c v(t - late) = c (v - late v')
   Eigen::MatrixXd columns(rows.theta.rows(), 2);
   columns << v, rows.target.col(j);
   const Eigen::Vector2d fit = columns.colPivHouseholderQr().solve(rate);
-  if (!((rate - columns * fit).squaredNorm() < kBetter * alone)) return std::nullopt;
+  if (!((rate - columns * fit).squaredNorm() < rules::kLateBetter * alone)) return std::nullopt;
   return -fit[1] / fit[0];
 }
 
@@ -84,7 +84,6 @@ Recording at_common_instants(Recording record, const LateChannel& late) {
 }
 
 std::vector<LateChannel> late_channels(const std::vector<Recording>& records, const SindyOptions& options) {
-  constexpr double kLeast = 0.03;
   constexpr int kRounds = 3;
   std::vector<LateChannel> found;
   if (options.order != 1 || options.discrete || options.states.size() < 2) return found;
@@ -96,7 +95,7 @@ std::vector<LateChannel> late_channels(const std::vector<Recording>& records, co
     for (Eigen::Index i = 0; i < n; ++i) {
       if (i == j) continue;
       std::optional<double> step = lateness(rows, i, j);
-      if (!step || std::abs(*step) < kLeast * dt) continue;
+      if (!step || std::abs(*step) < rules::kLateLeast * dt) continue;
       LateChannel late{options.states[static_cast<std::size_t>(j)], *step};
       for (int round = 1; round < kRounds && step; ++round) {
         std::vector<Recording> moved;

@@ -7,7 +7,7 @@
 
 #include "evidence/rotor_ambiguity.hpp"
 #include "evidence/verdict.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 #include "whirl/core/angles.hpp"
 
 namespace whirl::identification::detail {
@@ -30,7 +30,8 @@ bool clearly_better(const IdentifiedModel& tilting, const RotorIdentification& f
                     const RotorIdentifyOptions& options) {
   const double chi_square = tilting.summary.chi_square, values = 2 * static_cast<double>(record.size());
   return chi_square < rules::kModelError &&
-         values * (found.fit.summary.chi_square - chi_square) / std::max(1.0, chi_square) > 3 * options.score_threshold;
+         values * (found.fit.summary.chi_square - chi_square) / std::max(1.0, chi_square) >
+             rules::kOfSearch * options.score_threshold;
 }
 
 }  // namespace
@@ -54,8 +55,7 @@ void judge_tilt(const RotorRecord& record, double peak, IdentifiedModel& model) 
   if (ratio.covers(0))
     trust += " A support that moves reads alike; to decide: a hammer test (--modes), or a second plane of probes.";
   trust += " Laws, balancing and margins are for a disc that does not tilt and do not take this model.";
-  constexpr double kFar = 3;  // standard deviations
-  if (ratio.value + kFar * ratio.sd < 0 || ratio.value - kFar * ratio.sd > 2) {
+  if (ratio.value + rules::kImpossible * ratio.sd < 0 || ratio.value - rules::kImpossible * ratio.sd > 2) {
     s.add({FindingCode::inertia_impossible, Consequence::no_trust, {{"polar_ratio", ratio.value}}});
     return;
   }
@@ -71,7 +71,7 @@ RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, cons
   // One axis does not tell the forward mode of a tilting disc from the backward one.
   if (!recordings.front().has(options.record.x) || !recordings.front().has(options.record.y)) return found;
   const RotorRecord record = rotor_record(recordings.front(), options.record);
-  const double target = std::sqrt(std::min(rules::kModelError, found.fit.summary.chi_square));
+  const double target = std::sqrt(std::min(rules::kModelError.limit, found.fit.summary.chi_square));
   std::optional<IdentifiedModel> tilting = fit_tilt_rotor(record, found.fit.model, target);
   if (!tilting || !clearly_better(*tilting, found, record, options)) return found;
   if (explained(found))

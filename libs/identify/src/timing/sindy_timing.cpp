@@ -9,6 +9,7 @@
 #include <set>
 
 #include "problem/sindy_prepare.hpp"
+#include "rules/rules.hpp"
 #include "timing/timer.hpp"
 #include "trajectory/held_input.hpp"
 #include "trajectory/input_lag.hpp"
@@ -170,10 +171,9 @@ Sought sought_timing(const std::vector<Recording>& records, const SindyOptions& 
   }
   sought.lag = weak_lags(records, options, sought.lag, fixed);
   // Samples: less is within what a band-limited reading gets wrong, and what a motion near one frequency cannot tell.
-  constexpr double kClear = 0.15;
   for (std::size_t j = 0; j < n; ++j) {
     double& lag = sought.lag[static_cast<Eigen::Index>(j)];
-    if (!fixed[j] && !options.hold.contains(options.inputs[j]) && lag < kClear) lag = 0;
+    if (!fixed[j] && !options.hold.contains(options.inputs[j]) && lag < rules::kTimingLeast) lag = 0;
     const bool jumps = bends(records, options.inputs[j]);
     if (jumps) sought.jumping.insert(options.inputs[j]);
     sought.inputs[j] = options.find_timing && (lag > 0 || (!fixed[j] && jumps));
@@ -189,8 +189,8 @@ double gain(const TrajectoryFit& from, const TrajectoryFit& to) {
 /// Whether `better` pays for `numbers` more and a choice among kinds.
 bool worth(const TrajectoryFit& plain, const TrajectoryFit& better, double numbers) {
   if (plain.diverged) return true;
-  return gain(plain, better) > (2 + numbers) * std::log(static_cast<double>(better.rows)) + 16 &&
-         better.rmse <= 0.975 * plain.rmse;
+  return gain(plain, better) > (2 + numbers) * std::log(static_cast<double>(better.rows)) + rules::kTerm &&
+         better.rmse <= rules::kTimingGain * plain.rmse;
 }
 
 /// The best of several timings by short runs. Commands that jump leave a D/A converter in steps: another hold is taken
@@ -201,7 +201,6 @@ struct Tried {
 };
 Tried best_timing(const Timer& timer, const IdentifiedModel& model,
                   const std::vector<std::vector<InputTiming>>& timings, const std::set<std::string>& jumping) {
-  constexpr double kClear = 9;  // three standard deviations
   const auto steps = [&](const TrajectoryFit& f) {
     const std::vector<InputTiming>& t = f.model.timing;
     return std::all_of(t.begin(), t.end(), [&](const InputTiming& i) {
@@ -217,7 +216,7 @@ Tried best_timing(const Timer& timer, const IdentifiedModel& model,
     if (!least || trial.rmse < least->rmse) least = std::move(trial);
   }
   Tried tried{least};
-  if (least && in_steps && !steps(*least) && gain(*in_steps, *least) < kClear) {
+  if (least && in_steps && !steps(*least) && gain(*in_steps, *least) < rules::kToldApart) {
     tried.best = in_steps;
     tried.hold_open = true;
   }
@@ -360,9 +359,9 @@ IdentifiedModel fit_timed(const std::vector<Recording>& records, const SindyOpti
     found.model.timing = best;
   else
     timer.judge(found.fit, found.length, found.model);
-  // Residual by noise: nothing is left for an actuator; what is left is none.
-  constexpr double kExplained = 1.05, kFar = 30;
-  if (options.find_timing && !(found.fit.rmse < kExplained) && !(timer.noisy() && found.fit.rmse > kFar)) {
+  constexpr double kFar = 30;  // residual by noise: what is left is no lag of an actuator
+  const double left = found.fit.rmse * found.fit.rmse;
+  if (options.find_timing && !(left < rules::kLagLeft) && !(timer.noisy() && found.fit.rmse > kFar)) {
     std::optional<Timed> lagging = with_actuator(records, options, found, sought, dt);
     if (lagging && worth(found.fit, lagging->fit, 1)) found = std::move(*lagging);
   }

@@ -8,6 +8,7 @@
 
 #include "output_error/rotor/output_error_kernel.hpp"
 #include "problem/rotor_equations.hpp"
+#include "rules/rules.hpp"
 #include "validate/free_run_errors.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
@@ -18,8 +19,6 @@ namespace whirl::identification {
 namespace {
 
 using Complex = std::complex<double>;
-
-constexpr double kBand = 2;  // 95 %
 
 // Probe runout among the parameters of the model, as readings along the angle of an instant `delay` before.
 Eigen::VectorXcd runout_readings(const IdentifiedModel& model, const AngleSignal& angle, double delay) {
@@ -230,7 +229,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
     const double left = model.summary.residual * model.summary.residual - model.noise_sd * model.noise_sd;
     const double model_error = std::isfinite(left) && same_sensors ? std::max(0.0, left) : 0;
     const auto band = [&](double noise, double moves) {
-      return kBand * std::sqrt(noise * noise + moves * moves + model_error);
+      return rules::kBand * std::sqrt(noise * noise + moves * moves + model_error);
     };
     if (record.axes != Axes::y) v.band_x = band(record.noise_x, spread[0]);
     if (record.axes != Axes::x) v.band_y = band(record.noise_y, spread[1]);

@@ -6,6 +6,7 @@
 
 #include "record/bridge_gaps.hpp"
 #include "record/damaged_records.hpp"
+#include "rules/rules.hpp"
 #include "validate/free_run_band.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify.hpp"
@@ -19,9 +20,8 @@ namespace {
 
 /// Twice what the noise and what else moves a run account for, or 3 % of the motion, SI.
 double band_of(const StateScore& s, double moves) {
-  constexpr double kTimes = 2, kShare = 0.03;
   const double spread = s.nrmse > 0 ? s.rmse / s.nrmse : 0, expected = std::hypot(s.noise, moves);
-  return std::max(kTimes * expected, std::hypot(expected, kShare * spread));
+  return std::max(rules::kBand * expected, std::hypot(expected, rules::kRunShare * spread));
 }
 
 /// Error of free runs that are restarted every characteristic period: even chaos can be followed so far.
@@ -49,16 +49,15 @@ void judge_near(const IdentifiedModel& model, const StateScore& s, const std::st
 /// Error of one free run over the whole record. Where noise at the start and the intervals of the coefficients move it
 /// by a good part of the motion (chaos, a stop passed on either side) it says nothing.
 void judge_whole(const StateScore& s, double moves, const std::string& source, ValidationRun& run) {
-  constexpr double kOpen = 0.25, kMissed = 0.5;
   const double motion = s.nrmse > 0 ? s.rmse / s.nrmse : 0;
-  const bool told = moves < kOpen * motion;
+  const bool told = moves < rules::kRunOpen * motion;
   run.band_whole.push_back(told ? band_of(s, moves) : std::numeric_limits<double>::quiet_NaN());
   if (!(s.rmse > run.band_whole.back())) return;
   const std::string said = fmt::format(
       "{}: the free run of {} leaves the record: error {:.3g} rms ({:.2g} % of the motion) over all of it, {:.3g} is "
       "what noise and the model's intervals account for",
       source, s.state, s.rmse, 100 * s.nrmse, run.band_whole.back());
-  s.nrmse > kMissed ? run.summary.fail(said) : run.summary.warn(said);
+  s.nrmse > rules::kLost ? run.summary.fail(said) : run.summary.warn(said);
 }
 
 ValidationRun general_run(const IdentifiedModel& model, const Recording& record, const ValidateOptions& options) {
@@ -110,13 +109,12 @@ ValidationRun rotor_run(const IdentifiedModel& model, const Recording& record, c
 /// The angle of a free run of all six states under the record's drive, beside the lateral motion along the measured
 /// one.
 void judge_drive(const IdentifiedModel& model, const Recording& record, ValidationRun& run) {
-  constexpr double kFail = 0.05;  // of the turns made
   const Recording free = simulate_drive(model, record);
   const Eigen::VectorXd error = free["beta"] - record["beta"];
   const double turned = record["beta"].maxCoeff() - record["beta"].minCoeff();
   const double rms = std::sqrt(error.squaredNorm() / static_cast<double>(error.size()));
   run.general.scores.push_back({"beta", rms, rms / turned, 0});
-  if (!(rms < kFail * turned)) {
+  if (!(rms < rules::kDriveAngle * turned)) {
     run.summary.fail(
         fmt::format("{}: the drive's torque does not predict the speed: the angle is {:.3g} rad rms off, "
                     "{:.2g} % of the turns made",
@@ -132,15 +130,15 @@ void judge_readings(const IdentifiedModel& model, const Recording& record, const
     const Validation other = validate_model(reading.model, record, options);
     const double own = run.rotor->summary.residual, theirs = other.summary.residual;
     if (!(theirs > 0)) continue;
-    // Odds of 20 to 1 by the likelihood of white residuals of both axes.
-    constexpr double kClear = 3;
-    const double gain = 2 * static_cast<double>(record.size()) * std::log(own / theirs);
+    // By the likelihood of white residuals of both axes.
+    const double gain = 4 * static_cast<double>(record.size()) * std::log(own / theirs);
+    const bool better = gain > rules::kOdds20;
     run.summary.add({FindingCode::readings_differ,
-                     gain > kClear ? Consequence::warning : Consequence::note,
+                     better ? Consequence::warning : Consequence::note,
                      {{"rmse", own, std::string(si_unit(run.rotor->quantity))},
                       {"rmse with it", theirs, std::string(si_unit(run.rotor->quantity))}},
                      reading.reading},
-                    gain > kClear ? ": it predicts this record better" : "");
+                    better ? ": it predicts this record better" : "");
   }
 }
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "evidence/verdict.hpp"
-#include "rules/chi_square.hpp"
+#include "rules/rules.hpp"
 
 // The rules themselves, at their limits and beside them.
 namespace whirl::identification {
@@ -40,11 +40,11 @@ TEST(VerdictRules, AChiSquareAboveItsLimitsWarnsAndAboveTheNextTakesTheTrust) {
     detail::judge_remaining(s);
     return s;
   };
-  for (const double fits : {0.5, 1.0, rules::kModelError, std::nan("")}) {
+  for (const double fits : {0.5, 1.0, rules::kModelError.limit, std::nan("")}) {
     EXPECT_EQ(judged(fits).status, Status::ok);
     EXPECT_EQ(judged(fits).trust, "Trust it.");
   }
-  for (const double off : {1.31, rules::kNoTrust}) {
+  for (const double off : {1.31, rules::kNoTrust.limit}) {
     const Summary s = judged(off);
     EXPECT_EQ(s.status, Status::warning);
     EXPECT_EQ(s.distrust(), nullptr);

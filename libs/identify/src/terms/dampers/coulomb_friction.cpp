@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -23,7 +24,7 @@ const TermEntry& coulomb_friction() {
       .dry = true,
       .plant = &rotor::FurtherForces<double>::friction,
       .plant_reference = &rotor::FurtherForces<double>::friction_speed,
-      .usual = [](const TermScale& s) { return 0.3 * s.c * s.v(); },
+      .usual = [](const TermScale& s) { return rules::kOfDamping * s.c * s.v(); },
   };
   return entry;
 }

@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -16,8 +17,8 @@ const TermEntry& cross_damping() {
       .text = [](const TermAxis& a, const RotorTerm&) { return one(a.other_rate, a.turn); },
       .rare = true,
       // As cross-coupled stiffness, with which it comes: near one speed it is a spring.
-      .usual = [](const TermScale& s) { return 0.3 * s.c; },
-      .prior = {0.1, 0.5, 0.5},
+      .usual = [](const TermScale& s) { return rules::kOfDamping * s.c; },
+      .prior = {rules::kRareTerm, rules::kEitherSign, rules::kAsLikelyAsNot},
       .decider = Decider::free_decay,
       .hidden_note = "; k1 is that of the forward whirl, k1 + c_cross * speed",
       .hidden_decider = "a free decay (impact) at rest and at speed",

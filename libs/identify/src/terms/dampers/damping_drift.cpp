@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -19,7 +20,7 @@ const TermEntry& damping_drift() {
       .moves_middle = true,
       .plant = &rotor::FurtherForces<double>::c_drift,
       .plant_reference = &rotor::FurtherForces<double>::drift_start,
-      .usual = [](const TermScale& s) { return 0.5 * s.c / s.seconds; },
+      .usual = [](const TermScale& s) { return rules::kDampingChange * s.c / s.seconds; },
       .decider = Decider::another_rate,
   };
   return entry;

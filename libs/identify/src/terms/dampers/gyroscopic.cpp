@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -14,7 +15,7 @@ const TermEntry& gyroscopic() {
           },
       .text = [](const TermAxis& a, const RotorTerm&) { return one("X6*" + a.other_rate, a.turn); },
       .plant = &rotor::FurtherForces<double>::gyroscopic,
-      .usual = [](const TermScale&) { return 0.05; },
+      .usual = [](const TermScale&) { return double{rules::kGyroscopic}; },
       .decider = Decider::free_decay,
   };
   return entry;

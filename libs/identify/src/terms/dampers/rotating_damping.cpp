@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -19,7 +20,7 @@ const TermEntry& rotating_damping() {
           },
       .drives_whirl = true,
       .plant = &rotor::FurtherForces<double>::c_rotating,
-      .usual = [](const TermScale& s) { return 0.3 * s.c; },
+      .usual = [](const TermScale& s) { return rules::kOfDamping * s.c; },
       .decider = Decider::free_decay,
   };
   return entry;

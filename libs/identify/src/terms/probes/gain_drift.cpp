@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -20,9 +21,8 @@ const TermEntry& gain_drift() {
             return read_by_both(at, corner.any() ? detail::high_passed(more, corner) : more);
           },
       .rare = true,
-      // Assumed, not counted: 20 to 40 K of warming at 0.05 to 0.1 % per kelvin.
-      .usual = [](const TermScale& s) { return 0.02 / s.seconds; },
-      .prior = {0.1, 0.5, 0.5},
+      .usual = [](const TermScale& s) { return rules::kGainDrift / s.seconds; },
+      .prior = {rules::kRareTerm, rules::kEitherSign, rules::kAsLikelyAsNot},
       .decider = Decider::probes,
       .hidden_decider = "let the probes warm up before the run",
   };

@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -14,7 +15,7 @@ const TermEntry& probe_curve() {
             return read_by_both(at, corner.any() ? detail::high_passed(bent, corner) : bent);
           },
       .of_displacement = true,
-      .usual = [](const TermScale& s) { return 0.01 / (s.peak * s.peak); },  // data sheets: about 1 % of the range
+      .usual = [](const TermScale& s) { return rules::kProbeCurve / (s.peak * s.peak); },
       .hidden_decider = "calibrate the probes over the whole orbit",
   };
   return entry;

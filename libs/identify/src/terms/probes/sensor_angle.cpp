@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -13,7 +14,7 @@ const TermEntry& sensor_angle() {
             return read_by_y(at, {own.y, -own.x}, at.signal);
           },
       .both_axes = true,
-      .usual = [](const TermScale&) { return 0.03; },
+      .usual = [](const TermScale&) { return double{rules::kProbe}; },
       .decider = Decider::probes,
   };
   return entry;

@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -14,7 +15,7 @@ const TermEntry& sensor_gain() {
             return read_by_y(at, {own.x / gain, own.y / gain}, at.signal);
           },
       .both_axes = true,
-      .usual = [](const TermScale&) { return 0.03; },
+      .usual = [](const TermScale&) { return double{rules::kProbe}; },
       .decider = Decider::probes,
   };
   return entry;

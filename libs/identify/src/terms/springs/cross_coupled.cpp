@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -15,9 +16,9 @@ const TermEntry& cross_coupled() {
       .text = [](const TermAxis& a, const RotorTerm&) { return one(a.other, a.turn); },
       .drives_whirl = true,
       .plant = &rotor::FurtherForces<double>::k_cross,
-      .usual = [](const TermScale& s) { return 0.3 * s.c * s.w(); },
+      .usual = [](const TermScale& s) { return rules::kOfDamping * s.c * s.w(); },
       // Seals and journal bearings are common; as a rule they drive the forward whirl (swirl with the rotation).
-      .prior = {0.4, 0.8, 0.5},
+      .prior = {rules::kCommonTerm, rules::kDriving, rules::kAsLikelyAsNot},
       .decider = Decider::free_decay,
       .hidden_note = "; the damping ratio is that of the forward whirl, c - k_cross / speed",
       .hidden_decider = "a free decay (impact) at rest and at speed",

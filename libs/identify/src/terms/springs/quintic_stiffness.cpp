@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -18,7 +19,7 @@ const TermEntry& quintic_stiffness() {
       .plant = &rotor::FurtherForces<double>::k3,
       // The next term of a series in |z|^2; springs beyond the cubic are common.
       .usual = [](const TermScale& s) { return s.k2 * s.k2 / s.k1; },
-      .prior = {0.4, 0.5, 0.5},
+      .prior = {rules::kCommonTerm, rules::kEitherSign, rules::kAsLikelyAsNot},
       .hidden_decider = "a run with more unbalance",
   };
   return entry;

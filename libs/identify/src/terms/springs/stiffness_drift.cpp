@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -19,8 +20,8 @@ const TermEntry& stiffness_drift() {
       .moves_middle = true,
       .plant = &rotor::FurtherForces<double>::k1_drift,
       .plant_reference = &rotor::FurtherForces<double>::drift_start,
-      .usual = [](const TermScale& s) { return 0.01 * s.k1 / s.seconds; },
-      .prior = {0.4, 0.5, 0.5},  // warming is common
+      .usual = [](const TermScale& s) { return rules::kWarming * s.k1 / s.seconds; },
+      .prior = {rules::kCommonTerm, rules::kEitherSign, rules::kAsLikelyAsNot},  // warming
       .decider = Decider::another_rate,
   };
   return entry;

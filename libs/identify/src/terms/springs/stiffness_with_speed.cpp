@@ -1,3 +1,4 @@
+#include "rules/rules.hpp"
 #include "terms/term.hpp"
 
 namespace whirl::identification::terms {
@@ -15,7 +16,7 @@ const TermEntry& stiffness_with_speed() {
       .text = [](const TermAxis& a, const RotorTerm&) { return one("abs(X6)*" + a.own, -1); },
       .moves_middle = true,
       .plant = &rotor::FurtherForces<double>::k1_speed,
-      .usual = [](const TermScale& s) { return 0.02 * s.k1 / s.top_speed; },
+      .usual = [](const TermScale& s) { return rules::kSpringWithSpeed * s.k1 / s.top_speed; },
       .decider = Decider::free_decay,
   };
   return entry;
