@@ -204,6 +204,31 @@ void either_clock(RotorIdentification& result) {
   widen(result.model, other);
 }
 
+/// Dry friction holds small motion by a law that is assumed: at low speed an unbalance that changed stands in for
+/// friction of another law.
+void change_beside_friction(RotorIdentification& result) {
+  std::complex<double> change = 0;
+  bool dry = false;
+  for (const RotorTerm& t : result.fit.terms) {
+    dry = dry || t.entry->dry;
+    if (t.is(terms::unbalance_step())) change += t.value * (t.part == 0 ? 1.0 : std::complex<double>(0, 1));
+  }
+  if (!dry || change == 0.0) return;
+  IdentifiedModel& model = result.model;
+  IdentifiedModel before = model;
+  before.rotor->eps -= change;
+  for (auto& [name, e] : before.parameters) {
+    if (name == "e") e = Estimate::from_sd(std::abs(before.rotor->eps), e.sd);
+    if (name == "e_phase") e = Estimate::from_sd(std::arg(before.rotor->eps), e.sd);
+  }
+  Ambiguity open{"an unbalance that changed at one instant, or dry friction that holds small motion in another way",
+                 difference(model, before), std::string(to_string(Decider::second_run))};
+  open.alternatives.push_back(alternative("the unbalance did not change", kNaN, model, before));
+  model.summary.warn(fmt::format("{}; {}; to decide: {}", open.readings, open.consequence, open.experiment));
+  model.ambiguities.push_back(std::move(open));
+  widen(model, before);
+}
+
 void springs_along_axes(const GrownRotor& grown, RotorIdentification& result) {
   const ScoreCandidate* c = grown.test.find(terms::cubic_per_axis());
   const Estimate& k2 = *result.model.parameter("k2");
@@ -369,6 +394,7 @@ void carry_ambiguities(const GrownRotor& grown, double scale, RotorIdentificatio
   either_probe(result);
   delay_of_filter(result);
   either_clock(result);
+  change_beside_friction(result);
   for (const OtherReading& reading : grown.others) {
     IdentifiedModel other;
     describe_rotor(ParameterView(reading.fit, scale), reading.fit, other);

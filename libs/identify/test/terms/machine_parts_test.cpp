@@ -60,6 +60,19 @@ TEST(MachinePartProperty, SwirlDampingThatIsHiddenInTheStiffnessIsAnAlternative)
   }
 }
 
+// The law of friction near rest is assumed: a change of the unbalance at 5 Hz took its place, and e was 12 % off at 18
+// standard deviations with status ok.
+TEST(MachinePartProperty, AChangeOfTheUnbalanceBesideDryFrictionIsNotSure) {
+  for (const unsigned seed : {4012U, 4036U}) {
+    SCOPED_TRACE(seed);
+    const DrawnMachine drawn = draw_machine(Oddity::coulomb, seed);
+    const IdentifiedModel model = identify_rotor(machine_record(drawn, 40, seed));
+    const Estimate& e = *model.parameter("e");
+    EXPECT_LT(std::abs(e.value - drawn.machine.e), 3 * e.sd) << e.value << " +- " << e.sd;
+    EXPECT_EQ(model.summary.status, Status::warning);
+  }
+}
+
 // A model of what was before a change does not predict what is after it: that is no evidence against the model of both.
 TEST(MachinePartProperty, APartHeldOutAfterAChangeIsNoEvidence) {
   int after = 0;
