@@ -42,14 +42,13 @@ static whirl_complex whirl_phasor(whirl_real angle) { return whirl_make(M(cos)(a
 
 /* Acceleration of the identified rotor without control and unbalance; `stiffness` scales its linear part. */
 static whirl_complex whirl_acceleration(const whirl_params *p, whirl_complex z, whirl_complex v, whirl_real stiffness) {
-  const whirl_real k = (stiffness * p->k1) + (p->k2 * ((z.re * z.re) + (z.im * z.im)));
-  const whirl_real kr = stiffness * p->k1_conj_re;
-  const whirl_real ki = stiffness * p->k1_conj_im;
-  const whirl_real cr = p->c_conj_re;
-  const whirl_real ci = p->c_conj_im;
+  const whirl_real hardening = p->k2 * ((z.re * z.re) + (z.im * z.im));
+  const whirl_real kx = stiffness * (p->k1 + p->k1_conj_re);
+  const whirl_real ky = stiffness * (p->k1 - p->k1_conj_re);
+  const whirl_real k_across = stiffness * p->k1_conj_im;
   return whirl_make(
-      (-k * z.re) - (p->c * v.re) - (kr * z.re) - (ki * z.im) - (cr * v.re) - (ci * v.im),
-      ((-k * z.im) - (p->c * v.im) + (kr * z.im)) - (ki * z.re) + (cr * v.im) - (ci * v.re));
+      ((-kx * z.re) - (k_across * z.im) - (hardening * z.re)) - (((p->c + p->c_conj_re) * v.re) + (p->c_conj_im * v.im)),
+      ((-ky * z.im) - (k_across * z.re) - (hardening * z.im)) - (((p->c - p->c_conj_re) * v.im) + (p->c_conj_im * v.re)));
 }
 
 /* Explicit midpoint step of length dt under the held control acceleration a; the disturbance turns at omega. */

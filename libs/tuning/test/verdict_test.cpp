@@ -232,9 +232,10 @@ TEST(StructureE2e, StrongModesOfEitherSignAreCertifiedAndLeaveTheDiskAtRest) {
     double best = 1;
     const double bound = std::abs(participation) > 0.2 ? 20e-6 : 15e-6;
     for (const auto& [law, estimator] :
-         {std::pair("tsmc", "eso"), std::pair("lsmc", "kfe"), std::pair("pd", "kfe"), std::pair("pd", "kfo")}) {
+         {std::pair("pd", "kfe"), std::pair("lsmc", "kfe"), std::pair("tsmc", "eso"), std::pair("pd", "kfo")}) {
       if (best <= bound) break;
-      const ControllerDesign d = designed(rig, hardware, law, estimator, 24);
+      // At 0.3 the allowed designs are few: in 24 evaluations the last digit decides whether one is met.
+      const ControllerDesign d = designed(rig, hardware, law, estimator, std::abs(participation) > 0.2 ? 60 : 24);
       EXPECT_NEAR(d.parameters.at("mode_1_share"), participation, 1e-9);
       const ClosedLoopMetrics m = ClosedLoopPlant(rig).run(d);
       const bool certified = d.margins.at("certified") == 1;
