@@ -183,10 +183,11 @@ class Integrator {
     all.col(2) = both(system_.bow);
     all.col(3) = both(kImaginary * system_.bow);
     all.col(4) = gravity_;
+    if (held_.size() == 0) return all;
     const Index n = system_.size();
     if constexpr (kReal)
       all.rightCols(held_.size()) = push.leftCols(held_.size());
-    else if (held_.size() > 0)
+    else
       all.rightCols(held_.size()) = push.topRows(n) + kImaginary * push.bottomRows(n);
     return all;
   }
