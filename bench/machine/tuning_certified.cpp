@@ -76,13 +76,20 @@ void add_mode(tuning::Hardware& h, double hertz, double damping, double share) {
   h.modes.push_back({hertz, damping, std::abs(share), share < 0 ? -1.0 : 1.0, 0});
 }
 
+/// What was identified: off the machine as far as the constants above say.
+template <class Machine>
+auto rotor_of(const Machine& m) {
+  decltype(Papers::rotor) r;
+  r.k1 = kStiffness * m.stiffness / m.mass, r.k2 = m.cubic / m.mass, r.c = kDamping * m.damping / m.mass;
+  r.gain = 1 / m.mass;
+  r.eps = std::polar(kUnbalance * m.unbalance, m.unbalance_angle + kAngle);
+  return r;
+}
+
 Papers papers(const ForeignMachine& m) {
   Papers p;
   p.critical = m.critical();
-  p.rotor.k1 = kStiffness * m.stiffness / m.mass, p.rotor.k2 = m.cubic / m.mass,
-  p.rotor.c = kDamping * m.damping / m.mass;
-  p.rotor.gain = 1 / m.mass;
-  p.rotor.eps = std::polar(kUnbalance * m.unbalance, m.unbalance_angle + kAngle);
+  p.rotor = rotor_of(m);
   p.hardware = tuning::data_sheet(sheet(m.top, m.down, m.still, m.force_limit, m.lag, m.noise, m.age, m.counts));
   state_runout(p.hardware, m.runout);
   for (const testing::ForeignMode& mode : m.modes) {
@@ -94,10 +101,7 @@ Papers papers(const ForeignMachine& m) {
 Papers papers(const LimitedMachine& m) {
   Papers p;
   p.critical = m.critical();
-  p.rotor.k1 = kStiffness * m.stiffness / m.mass, p.rotor.k2 = m.cubic / m.mass,
-  p.rotor.c = kDamping * m.damping / m.mass;
-  p.rotor.gain = 1 / m.mass;
-  p.rotor.eps = std::polar(kUnbalance * m.unbalance, m.unbalance_angle + kAngle);
+  p.rotor = rotor_of(m);
   rig::RigParameters s = sheet(m.from, m.ramp, m.still, m.force_limit, m.lag, m.noise, m.age + m.sensor_lag, 4096);
   s.actuator.slew = m.slew, s.actuator.hysteresis = m.hysteresis;
   p.hardware = tuning::data_sheet(s);

@@ -177,6 +177,9 @@ TEST(RotorE2e, ImportOfARotorThatRossSaved) {
   ASSERT_EQ(made.exit_code, 0) << made.err;
   EXPECT_NE(made.out.find("sections 1, discs 0, bodies 0, bearings and mounts 2"), std::string::npos) << made.out;
   EXPECT_EQ(folder.whirl("rotor modes rotor.toml --speed-rpm 3000 --count 2").exit_code, 0);
+  const Outcome json = folder.whirl("rotor import ross.toml --out rotor.toml --json");
+  for (const char* part : {"\"schema\": \"whirl.rotor_import/1\"", "\"length\": 0.5", "\"supports\": 2"})
+    EXPECT_NE(json.out.find(part), std::string::npos) << part << json.out;
   const Outcome again = folder.whirl("rotor import rotor.toml --out other.toml");
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_NE(again.err.find("Rotor.save()"), std::string::npos) << again.err;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -25,26 +26,36 @@ struct StepDifference {
   }
 };
 
+/// The step of a design, compiled.
+struct Exported {
+  explicit Exported(const ControllerDesign& d) {
+    const ControllerCode code = controller_code(d, {"drive", false, ""});
+    folder.write(code.header.name, code.header.text);
+    folder.write(code.source.name, code.source.text);
+    folder.write("wrapper.c", testing::step_wrapper());
+    const auto built = testing::shell(
+        folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
+    EXPECT_EQ(built.exit_code, 0) << d.law << " " << d.estimator << built.text;
+    library = std::make_unique<testing::SharedLibrary>(folder.path() / "drive.so");
+    EXPECT_EQ(library->get<int()>("start")(), 0);
+    go = library->get<int(const double*, int, double*)>("go");
+  }
+  testing::TemporaryFolder folder;
+  std::unique_ptr<testing::SharedLibrary> library;
+  int (*go)(const double*, int, double*) = nullptr;
+};
+
 /// Of the C of a supervised controller, compiled, over a run-down that turns that way; status and supervision's word
 /// are those of the library, too.
 inline void compare_code(const ControllerDesign& d, double side, StepDifference& out) {
-  const testing::TemporaryFolder folder;
-  const ControllerCode code = controller_code(d, {"drive", false, ""});
-  folder.write(code.header.name, code.header.text);
-  folder.write(code.source.name, code.source.text);
-  folder.write("wrapper.c", testing::step_wrapper());
-  const auto built = testing::shell(
-      folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
-  ASSERT_EQ(built.exit_code, 0) << built.text;
-  const testing::SharedLibrary library(folder.path() / "drive.so");
-  auto* go = library.get<int(const double*, int, double*)>("go");
-  ASSERT_EQ(library.get<int()>("start")(), 0);
+  const Exported exported(d);
+  ASSERT_NE(exported.go, nullptr);
   control::Controller mine = control::make_controller(d);
   for (Measurement m : testing::run_down_readings()) {
     m.y *= side, m.beta *= side, m.omega *= side, m.omega_dot *= side;
     const double in[] = {m.x, m.y, m.beta, m.omega, m.omega_dot};
     double forces[3] = {};
-    const int status = go(in, 1, forces);
+    const int status = exported.go(in, 1, forces);
     const auto u = mine.step(m);
     ASSERT_EQ(status == 0, static_cast<bool>(u));
     if (!u) break;
@@ -54,8 +65,8 @@ inline void compare_code(const ControllerDesign& d, double side, StepDifference&
 }
 
 /// Of an FMU over these readings, as far as the library goes.
-inline void compare_fmu(const Importer& fmu, const ControllerDesign& d, const std::vector<Measurement>& readings,
-                        StepDifference& out) {
+inline void compare_fmu(const testing::Importer& fmu, const ControllerDesign& d,
+                        const std::vector<Measurement>& readings, StepDifference& out) {
   void* const c = fmu.instantiate(false, fmu.token);
   ASSERT_NE(c, nullptr);
   ASSERT_EQ(fmu.enter_initialization(c, 0), 0);

@@ -3,14 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <memory>
 #include <numbers>
 #include <vector>
 
-#include "whirl/control/controller.hpp"
-#include "whirl/deploy/code.hpp"
-#include "whirl/testing/compiled.hpp"
-#include "whirl/testing/control/step_wrapper.hpp"
+#include "step_difference.hpp"
 #include "whirl/testing/foreign_rig.hpp"
 
 namespace whirl::deploy {
@@ -33,25 +29,6 @@ ControllerDesign design_for(const testing::ForeignMachine& m, const char* law, c
   if (d.law.starts_with("pd_") || d.law == "tsmc_paper") d.feedforward = false;
   return d;
 }
-
-/// The step of a design, compiled.
-struct Exported {
-  explicit Exported(const ControllerDesign& d) {
-    const ControllerCode code = controller_code(d, {"drive", false, ""});
-    folder.write(code.header.name, code.header.text);
-    folder.write(code.source.name, code.source.text);
-    folder.write("wrapper.c", testing::step_wrapper());
-    const auto built = testing::shell(
-        folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
-    EXPECT_EQ(built.exit_code, 0) << d.law << " " << d.estimator << built.text;
-    library = std::make_unique<testing::SharedLibrary>(folder.path() / "drive.so");
-    EXPECT_EQ(library->get<int()>("start")(), 0);
-    go = library->get<int(const double*, int, double*)>("go");
-  }
-  testing::TemporaryFolder folder;
-  std::unique_ptr<testing::SharedLibrary> library;
-  int (*go)(const double*, int, double*) = nullptr;
-};
 
 // Unbalance turned, readings lost, motion that grows beside the synchronous one: every step down to the trip, tick by
 // tick the same as the library.

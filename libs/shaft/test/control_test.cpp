@@ -361,8 +361,18 @@ TEST(ShaftControlFile, BadActuatorsAreRefused) {
       EXPECT_NE(std::string(e.what()).find("r.toml"), std::string::npos) << e.what();
       EXPECT_NE(std::string(e.what()).find("actuator"), std::string::npos) << e.what();
     }
-  const Rotor rotor = levitated_rotor();
+  try {
+    parse_rotor(with("position_mm = 100\nforce_limit_N = 5\nslew_N_s = -1\n"), "r.toml");
+    ADD_FAILURE();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("1e+300 N/s"), std::string::npos) << e.what();
+  }
+  Rotor rotor = levitated_rotor();
+  rotor.probes[1].runout = 7e-6;
+  rotor.probes[1].runout_angle = -0.4;
   const Rotor again = parse_rotor(rotor_text(rotor), "again");
+  EXPECT_NEAR(again.probes[1].runout, 7e-6, 1e-18);
+  EXPECT_NEAR(again.probes[1].runout_angle, -0.4, 1e-12);
   ASSERT_EQ(again.actuators.size(), 4U);
   EXPECT_EQ(again.actuators[3].bias_stiffness, -2e5);
   EXPECT_NEAR(again.actuators[3].angle, rotor.actuators[3].angle, 1e-12);

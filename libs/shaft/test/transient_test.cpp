@@ -133,6 +133,44 @@ TEST(ShaftRunProperty, SteadyResponseStays) {
   EXPECT_NEAR(run.y(disc, last), (r.y(disc, 0) * turn).real() + sag.y[disc], 2e-4 * size);
 }
 
+/// The stated error against that of a run in eighths of the step, also where the first comparison is the only one.
+TEST(ShaftRunProperty, TheStatedErrorOfTheStepsIsNotTooSmall) {
+  for (const char* name : {"two-disc", "overhung", "centrifuge"}) {
+    const System s = reduce(assemble(parse_rotor(rotor_template(name), name))).system;
+    for (const double sample : {5e-4, 1e-3, 2e-3, 4e-3}) {
+      RunOptions o;
+      o.from = 250;
+      o.to = 20;
+      o.duration = 4;
+      o.sample_time = sample;
+      o.tolerance = 1;
+      RunOptions eighth = o;
+      eighth.sample_time = sample / 8;
+      const RotorRun run = simulate_run(s, o), exact = simulate_run(s, eighth);
+      double error = 0;
+      for (Eigen::Index k = 0; k < run.x.cols(); ++k)
+        error = std::max(error, (run.x.col(k) - exact.x.col(8 * k)).cwiseAbs().maxCoeff());
+      error /= exact.x.cwiseAbs().maxCoeff();
+      // Rounding leaves 1e-7; steps of a radian and more are beyond the estimate, which then is beyond any tolerance.
+      EXPECT_GT(run.step_error, 0.5 * std::min(error, 2e-3) - 1e-6) << name << sample;
+    }
+  }
+}
+
+/// A run of a few samples says what its steps are worth, too.
+TEST(ShaftRunProperty, AShortRunHasAStepError) {
+  const System s = reduce(assemble(parse_rotor(rotor_template("two-disc"), "two-disc"))).system;
+  for (const int samples : {1, 3, 7}) {
+    RunOptions o;
+    o.from = o.to = 200;
+    o.sample_time = 5e-3;
+    o.duration = samples * o.sample_time;
+    o.from_rest = true;
+    o.tolerance = 1;
+    EXPECT_GT(simulate_run(s, o).step_error, 0) << samples;
+  }
+}
+
 /// The complex equation of an isotropic rotor and the real ones of two planes are the same motion.
 TEST(ShaftRunProperty, CircularAndPlaneEquationsAgree) {
   Rotor rotor = parse_rotor(rotor_template("overhung"), "overhung");

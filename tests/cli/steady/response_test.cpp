@@ -85,6 +85,7 @@ TEST(ResponseE2e, EveryAnswerAtASpeedIsListed) {
     std::vector<std::pair<double, bool>> found;
     for (const io::JsonReader& a : io::JsonReader(json, "stdout").at("answers").items())
       found.emplace_back(a.at("amplitude").number(), a.at("stable").flag());
+    EXPECT_TRUE(std::ranges::is_partitioned(found, [](const auto& a) { return a.second; })) << "stable ones first";
     std::ranges::sort(found);
     ASSERT_EQ(found.size(), radii.size()) << rpm;
     for (std::size_t k = 0; k < radii.size(); ++k) {

@@ -354,12 +354,15 @@ RotorRun simulate_run(const System& s, const RunOptions& o) {
   const auto once = [&](const RunOptions& options, int parts) {
     return circular ? integrate_run<MatrixXcd>(s, options, parts) : integrate_run<MatrixXd>(s, options, parts);
   };
-  // First against steps four times as long, which cost a quarter; those of a controller end at its samples.
-  const int steps = o.control.start ? 2 * static_cast<int>(std::lround(periods)) : 1;
+  // First against steps four times as long, which cost a quarter. Those of a controller end at its samples, and a run
+  // of a few samples has none four times as long.
+  constexpr double kFew = 16;
+  const bool wide_steps = !o.control.start && o.duration / o.sample_time >= kFew;
+  const int steps = wide_steps ? 1 : o.control.start ? 2 * static_cast<int>(std::lround(periods)) : 2;
   RunOptions wide = o;
-  if (!o.control.start) wide.sample_time *= 4;
+  if (wide_steps) wide.sample_time *= 4;
   RotorRun coarse = once(wide, std::max(1, steps / 2));
-  for (int k = 0, parts = steps, every = o.control.start ? 1 : 4;; ++k, parts *= 2, every = 1) {
+  for (int k = 0, parts = steps, every = wide_steps ? 4 : 1;; ++k, parts *= 2, every = 1) {
     RotorRun fine = once(o, parts);
     double size = 0, change = 0;
     for (Index at = 0; at < coarse.x.cols() && at * every < fine.x.cols(); ++at)

@@ -14,6 +14,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 
+// Rate of the integral, parts of the frequency: far enough below it to leave its phase alone.
+constexpr double kIntegral = 0.1;
+// Of a unit displacement along the actuator: what the probes of a place may miss of it, by rounding of their angles.
+constexpr double kMissed = 1e-6;
+
 /// Weights of the readings that give the displacement along the actuator: of the probes at the nearest place that can.
 RowVectorXd along(const Actuator& a, const std::vector<Probe>& probes) {
   const auto away = [&](double place) { return std::abs(place - a.a.position); };
@@ -26,10 +31,11 @@ RowVectorXd along(const Actuator& a, const std::vector<Probe>& probes) {
     for (std::size_t k = 0; k < probes.size(); ++k)
       if (probes[k].position == place)
         directions.col(static_cast<Index>(k)) << std::cos(probes[k].angle), std::sin(probes[k].angle);
-    // A little of the identity: probes of one direction only read what is along it.
-    const Eigen::Matrix2d square = directions * directions.transpose() + 1e-12 * Eigen::Matrix2d::Identity();
+    // A little of the identity, for probes that all look one way: they read what is along it.
+    constexpr double kLittle = 1e-12;
+    const Eigen::Matrix2d square = directions * directions.transpose() + kLittle * Eigen::Matrix2d::Identity();
     const RowVectorXd weights = (directions.transpose() * square.inverse() * wanted).transpose();
-    if ((directions * weights.transpose() - wanted).norm() < 1e-6) return weights;
+    if ((directions * weights.transpose() - wanted).norm() < kMissed) return weights;
   }
   throw Error(
       fmt::format("actuator '{}': no probe reads along it. The law 'pid' needs a [[probe]] of its angle, or two of "
@@ -37,10 +43,14 @@ RowVectorXd along(const Actuator& a, const std::vector<Probe>& probes) {
                   a.name));
 }
 
-/// Each actuator on its own, from the displacement beside it: a spring and a damper, with a magnet also the spring that
-/// its bias takes away, and an integral that carries the rotor. The same at every speed. The derivative is that of a
-/// first-order low-pass whose corner is a multiple of the frequency: modes far above it are damped or driven by that
-/// phase.
+/// Each actuator on its own, from the displacement y beside it, the same at every speed:
+///
+///   F = -(m w^2 - k) y - 2 zeta m w dy/dt - 0.1 m w^3 integral of y,
+///
+/// w the frequency, zeta the damping ratio, m the mass whose displacement the actuators move most readily, k the bias
+/// stiffness (Schweitzer and Maslen, Magnetic Bearings, 2009, ch. 2). The integral carries the rotor: only with a
+/// magnet. The derivative is that of a first-order low-pass whose corner is a multiple of w: by its phase, modes far
+/// above w are damped or driven.
 std::vector<ControlGains> pid_gains(const LawTask& task, const std::vector<double>& numbers) {
   const double frequency = numbers[0], damping = numbers[1], corner = numbers[2];
   const double step = task.sample_time, mass = 1 / std::pow(task.plants.front().push, 2);
@@ -66,7 +76,7 @@ std::vector<ControlGains> pid_gains(const LawTask& task, const std::vector<doubl
     if (!carries(a)) continue;
     g.readings.row(at) = step * weights;
     g.advance(at, at) = 1;
-    g.feedback(j, at) = 0.1 * frequency * spring;
+    g.feedback(j, at) = kIntegral * frequency * spring;
     ++at;
   }
   std::vector<ControlGains> out{g};
