@@ -12,10 +12,10 @@
 #include "design_parts.hpp"
 #include "monte_carlo/training.hpp"
 #include "runs/design_scenarios.hpp"
-#include "runs/robustness_parallel.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/method.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/parallel.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/tuning/loop_margins.hpp"
 

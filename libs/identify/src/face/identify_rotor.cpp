@@ -119,11 +119,12 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
                         OutputErrorOptions& active) {
   using detail::Beside;
   using detail::RotorSearch;
+  detail::FitMemory memory(records);
   std::unique_ptr<RotorSearch> best;
   const auto misfit = [&] { return best ? best->misfit() : INFINITY; };
   const auto search = [&](const RotorModel& start, const std::vector<std::complex<double>>& eps,
                           const OutputErrorOptions& with, Beside beside = Beside::nothing) {
-    return std::make_unique<RotorSearch>(records, start, eps, with, options, beside);
+    return std::make_unique<RotorSearch>(records, start, eps, with, options, memory, beside);
   };
   /// A model with more in it that does not explain the records either must leave half of what the simpler one does.
   const auto take = [&](std::unique_ptr<RotorSearch> other, double share) {
@@ -199,7 +200,9 @@ detail::GrownRotor fitted_as(const std::vector<RotorRecord>& records, const Roto
   for (std::size_t r = 0; r < records.size(); ++r) eps.push_back(like.fit.records[r].eps);
   for (std::vector<double>* own : {&active.record_k1, &active.record_c})
     if (!own->empty()) own->resize(records.size());
-  detail::RotorSearch search(records, like.fit.model, eps, active, options, detail::Beside::no_search, like.fit.delay);
+  detail::FitMemory memory(records);
+  detail::RotorSearch search(records, like.fit.model, eps, active, options, memory, detail::Beside::no_search,
+                             like.fit.delay);
   return std::move(search).finish();
 }
 

@@ -6,6 +6,7 @@
 
 #include "growth/rotor_search.hpp"
 #include "growth/term_sizes.hpp"
+#include "whirl/core/parallel.hpp"
 
 /// Fits of a growing model.
 namespace whirl::identification::detail {
@@ -46,7 +47,12 @@ bool ran_out(const OutputErrorFit& fit, const Growth& growth) {
 }
 
 OutputErrorFit RotorSearch::fit(const Growth& g, const std::vector<Complex>& start_eps) const {
+  const bool memorable = !g.bow && g.forces.empty();
+  FitStart from_here{g.start, g.active, start_eps, g.delay};
+  if (memorable)
+    if (std::optional<OutputErrorFit> known = memory_.find(from_here)) return *std::move(known);
   OutputErrorFit found = fit_with_forces(records_, g.start, g.active, start_eps, g.delay, g.forces);
+  if (memorable) memory_.keep(std::move(from_here), found);
   // The force of a bow follows from what is found: c and the bow change it by little.
   for (int pass = 0; g.bow && pass < 2 && found.summary.status != Status::unusable; ++pass) {
     OutputErrorOptions active = g.active;
@@ -77,7 +83,6 @@ OutputErrorFit RotorSearch::fit_to_the_end(const Growth& g, OutputErrorFit found
 /// The better of two fits, from where the growing model stands and from `before`: without a large term the other
 /// values are far from their place.
 OutputErrorFit RotorSearch::fit_from_either(const Growth& g, const Start& before) const {
-  OutputErrorFit here = fit(g);
   Growth then = g;
   then.start = before.model;
   then.start.modes = g.start.modes;
@@ -89,7 +94,13 @@ OutputErrorFit RotorSearch::fit_from_either(const Growth& g, const Start& before
     t.value = at->value;
     if (t.entry->by_reference != nullptr) t.reference = at->reference;
   }
-  OutputErrorFit there = fit(then, before.eps);
+  OutputErrorFit here, there;
+  parallel_for(2, std::min(most_, 2), [&](int other) {
+    if (other)
+      there = fit(then, before.eps);
+    else
+      here = fit(g);
+  });
   const auto usable = [](const OutputErrorFit& f) { return f.summary.status != Status::unusable; };
   if (!usable(there)) return here;
   return usable(here) && here.summary.chi_square <= there.summary.chi_square ? here : there;
@@ -97,7 +108,7 @@ OutputErrorFit RotorSearch::fit_from_either(const Growth& g, const Start& before
 /// A fit with a force that begins at one instant, from where the weak equations put the model with it. The likelihood
 /// has a maximum in every half period of the free motion that the change sets off: a few steps from each of those about
 /// the instant given, then on from the best.
-OutputErrorFit RotorSearch::fit_about_instant(Growth g, const ScoreCandidate& candidate) {
+RotorSearch::Trial RotorSearch::fit_about_instant(Growth g, const ScoreCandidate& candidate) const {
   constexpr int kHalfPeriods = 3, kFewSteps = 4;
   const Eigen::VectorXd& moves = candidate.moves;
   const double half_period = std::numbers::pi / std::sqrt(g.start.k1);
@@ -108,18 +119,23 @@ OutputErrorFit RotorSearch::fit_about_instant(Growth g, const ScoreCandidate& ca
     eps[r] += Complex(moves[at], moves[at + 1]);
   }
   std::optional<OutputErrorFit> best;
+  double cost = 0;
   for (int k = -kHalfPeriods; k <= kHalfPeriods; ++k) {
     Growth at = g;
     at.active.max_iterations = kFewSteps;
     for (RotorTerm& t : at.active.terms)
       if (t.is(*candidate.term)) t.reference += k * half_period;
     OutputErrorFit found = fit(at, eps);
-    tried_in_all_ += price(found, at);
+    cost += price(found, at);
     if (found.summary.status == Status::unusable) continue;
     if (!best || found.summary.chi_square < best->summary.chi_square) best = std::move(found);
   }
-  if (!best) return fit(g);
-  return fit(from(g, *best), start_of(*best).eps);
+  if (!best) return {fit(g), cost};
+  return {fit(from(g, *best), start_of(*best).eps), cost};
+}
+RotorSearch::Trial RotorSearch::trial_of(const Growth& with, const TermId& term, const ScoreTest& score) const {
+  if (term.entry->by_reference != nullptr) return fit_about_instant(with, *score.find(*term.entry));
+  return {fit(with)};
 }
 
 /// Likelihood ratio of two fits, in the metric of the residual that the larger one leaves.

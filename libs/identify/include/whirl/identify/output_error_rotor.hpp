@@ -17,6 +17,7 @@ namespace whirl::identification {
 struct DecayingMode {
   double omega = 0;  ///< undamped, rad/s
   double zeta = 0;   ///< damping ratio, below 1
+  bool operator==(const DecayingMode&) const = default;
 };
 
 /// What the y probe reads of the motion: (1 + gain) (y cos angle + x sin angle), later than x is read by `skew`
@@ -34,6 +35,7 @@ struct SensorAxes {
   double high_pass_square = 0;
   double gain_drift = 0;   ///< both probes read 1 + gain_drift (t - drift_start) times the displacement, 1/s
   double drift_start = 0;  ///< s
+  bool operator==(const SensorAxes&) const = default;
 };
 
 /// Which parameters the output-error fit estimates. Parameters that are not estimated keep their starting value.
@@ -73,6 +75,7 @@ struct OutputErrorOptions {
   int substeps = 0;
   int max_iterations = 30;
   double tolerance = 0.02;  ///< stops when no parameter moves by more than this share of its standard deviation
+  bool operator==(const OutputErrorOptions&) const = default;
 };
 
 /// What belongs to one record of an output-error fit.
