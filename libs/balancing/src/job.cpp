@@ -9,9 +9,11 @@
 #include <map>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/nan.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/remarks.hpp"
 #include "whirl/io/settings.hpp"
 #include "whirl/io/units.hpp"
 
@@ -49,7 +51,7 @@ std::vector<std::string> pairs(const io::Table& table, const std::string& first,
   for (const Channel& c : table.columns) {
     if (!c.name.ends_with(first)) continue;
     names.push_back(c.name.substr(0, c.name.size() - first.size()));
-    table.at(names.back() + second);
+    if (second != first) table.in(names.back() + second, Quantity::angle);
   }
   for (const Channel& c : table.columns)
     if (c.name.ends_with(second)) table.at(c.name.substr(0, c.name.size() - second.size()) + first);
@@ -132,6 +134,23 @@ RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
   io::Table table = read_runs(path, one_run);
   RawJob raw;
   raw.phases = std::any_of(table.columns.begin(), table.columns.end(),
+/// Says where phases headed as degrees are radians by their size: four or more that lie anywhere on a circle come so
+/// close to zero once in a million jobs.
+void doubt_degrees(const io::Table& table, const std::string& header, const std::vector<std::string>& probes) {
+  long readings = 0;
+  for (const std::string& probe : probes) {
+    if (unit_written(header, probe + "_phase") != "deg") return;
+    for (const double phase : table[probe + "_phase"] / kRadPerDegree) {
+      if (std::abs(phase) > kTwoPi || std::abs(phase - std::round(phase)) < 1e-9) return;
+      ++readings;
+    }
+  }
+  if (readings >= 4)
+    io::remark(table.source,
+               fmt::format("all {} phases lie within 6.28 deg of 0: are they in rad (a header {}_phase_rad)?", readings,
+                           probes.front()));
+}
+
                            [](const Channel& c) { return c.name.ends_with("_phase"); });
   raw.probes = pairs(table, "_amp", raw.phases ? "_phase" : "_amp");
   raw.planes = pairs(table, "_mass", "_angle");
@@ -141,11 +160,14 @@ RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
                 "PLANE_angle_deg, and run_1");
   fill_empty_masses(path, table, raw.planes);
   raw.quantity = reading_quantity(path, table, raw.probes);
-  raw.unit = unit_written(io::read_text(path), raw.probes.front() + "_amp");
-  const Eigen::VectorXd& run = table["run"];
+  const std::string text = io::read_text(path);
+  raw.unit = unit_written(text, raw.probes.front() + "_amp");
+  if (raw.phases) doubt_degrees(table, text, raw.probes);
+  const Eigen::VectorXd& run = table.in("run", Quantity::dimensionless);
   if (const std::size_t least = 1 + 2 * raw.planes.size(); !raw.phases && static_cast<std::size_t>(run.size()) < least)
     throw Error(
         fmt::format("{}: no column '{}_phase': amplitudes alone need {} runs at least (as found, and a trial "
+  for (const std::string& plane : raw.planes) table.in(plane + "_mass", Quantity::mass);
                     "mass at several angles on each plane)",
                     path, raw.probes.front(), least));
   const Channel* speed = table.find("speed");
@@ -156,6 +178,7 @@ RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
     if (!known)
       throw Error(path + ": column '" + c.name + "' is not part of a balancing table (see docs/balancing.md)");
   }
+  if (speed != nullptr) table.in("speed", Quantity::angular_velocity);
   for (Index i = 0; i < table.rows(); ++i) {
     Reading r;
     r.run = fmt::format("{:g}", run[i]);

@@ -161,8 +161,9 @@ std::pair<Quantity, Eigen::VectorXd> in_si(const Chosen& chosen, const SignalFil
 void require_channels(const Recording& recording, const std::vector<std::string>& required) {
   for (const std::string& text : required) {
     const NameWithUnit split = split_unit(text);
-    const Channel* channel = recording.find(split.unit != nullptr ? split.name : text);
-    if (channel == nullptr || (split.unit != nullptr && channel->quantity != split.unit->quantity)) recording.at(text);
+    const Channel& channel = recording.at(split.unit != nullptr ? split.name : text);
+    if (split.unit != nullptr && channel.quantity != split.unit->quantity)
+      throw Error::in_file(recording.source, 0, quantity_problem(channel.name, channel.quantity, split.unit->quantity));
   }
 }
 

@@ -14,6 +14,7 @@
 #include "whirl/pages/estimate_text.hpp"
 #include "whirl/report/table.hpp"
 
+#include "whirl/signal/motion_quantity.hpp"
 namespace whirl::app {
 namespace {
 
@@ -43,11 +44,16 @@ struct TransientFlags {
 /// Columns named one by one, each with the usual name where it is not.
 std::vector<signal::SynchronousCurve> named_columns(const TransientFlags& o) {
   const io::Table table = io::read_table(o.file);
-  const auto column = [&](const std::string& stated, const char* usual) -> const Eigen::VectorXd& {
-    return table[stated.empty() ? usual : stated];
+  const auto column = [&](const std::string& stated, const char* usual, Quantity quantity) -> const Eigen::VectorXd& {
+    return table.in(stated.empty() ? usual : stated, quantity);
   };
-  const Eigen::VectorXd &amplitude = column(o.amplitude, "amp_1x"), &phase = column(o.phase, "phase_1x");
-  signal::SynchronousCurve curve{"1X", column(o.speed, "speed"), Eigen::VectorXcd(amplitude.size())};
+  const Channel& read = table.at(o.amplitude.empty() ? "amp_1x" : o.amplitude);
+  const bool motion = signal::integrations(read.quantity, Quantity::displacement).has_value();
+  const Eigen::VectorXd &amplitude = motion ? read.samples : table.in(read.name, Quantity::displacement),
+                        &phase = column(o.phase, "phase_1x", Quantity::angle);
+  signal::SynchronousCurve curve{"1X", column(o.speed, "speed", Quantity::angular_velocity),
+                                 Eigen::VectorXcd(amplitude.size())};
+  curve.quantity = read.quantity;
   for (Eigen::Index i = 0; i < amplitude.size(); ++i) curve.vector[i] = std::polar(amplitude[i], phase[i]);
   return {std::move(curve)};
 }

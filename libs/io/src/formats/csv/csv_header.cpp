@@ -15,6 +15,13 @@
 namespace whirl::io::detail {
 namespace {
 
+std::string small_letters(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return out;
+}
+
 std::string_view trim_blanks(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t");
   if (first == std::string_view::npos) return {};
@@ -71,7 +78,8 @@ std::string in_utf8(std::string_view raw) {
   return ascii ? std::string(raw) : text_of(raw);
 }
 
-Heading parse_heading(std::string_view raw) {
+namespace {
+Heading heading_of(std::string_view raw) {
   const std::string utf8 = in_utf8(raw);
   const std::string_view text = utf8;
   Heading h{std::string(text), plain_name(text)};
@@ -88,6 +96,15 @@ Heading parse_heading(std::string_view raw) {
       return {h.text, plain_name(text.substr(0, last)), unit};
   }
   if (text.ends_with("_re") || text.ends_with("_im")) h.unit = &si_suffix(Quantity::dimensionless);
+  return h;
+}
+}  // namespace
+
+Heading parse_heading(std::string_view raw) {
+  Heading h = heading_of(raw);
+  if (h.unit == nullptr || small_letters(h.name) != "speed") return h;
+  // Of a rotor, also where it counts turns a second.
+  if (const UnitSuffix* turning = find_unit(h.unit->suffix, Quantity::angular_velocity)) h.unit = turning;
   return h;
 }
 
@@ -115,13 +132,6 @@ bool take_units(std::vector<Heading>& headings, const std::vector<std::string>& 
 }
 
 namespace {
-
-std::string small_letters(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return out;
-}
 
 /// whirl's name for what a heading may mean.
 std::string guessed_name(const Heading& h) {

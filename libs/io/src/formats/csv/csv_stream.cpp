@@ -230,9 +230,7 @@ struct CsvStream::State : detail::CsvLines {
       present += (present.empty() ? "" : ", ") + shown(c.name);
       if (c.name != wanted.name) continue;
       if (!wanted.unit || wanted.unit->quantity == c.unit->quantity) return;
-      fail(fmt::format("column '{}' is a {}, must be a {}; allowed units: {}", shown(c.header),
-                       to_string(c.unit->quantity), to_string(wanted.unit->quantity),
-                       allowed_units(wanted.unit->quantity)));
+      fail(quantity_problem(shown(c.header), c.unit->quantity, wanted.unit->quantity));
     }
     const std::string message = fmt::format("no column '{}' (with its unit, e.g. '{}_{}'); present: {}", wanted.name,
                                             wanted.name, wanted.unit ? wanted.unit->suffix : "mm", present);
