@@ -11,6 +11,7 @@
 #include "formats/parts/rows.hpp"
 #include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 #include "whirl/io/remarks.hpp"
 
 namespace whirl::io {
@@ -198,7 +199,7 @@ Recording recording_of(const SignalFile& file, const CsvOptions& options) {
                       signal.name, signal.value.size(), 1 / step, recording.channels.front().name));
     }
     auto [quantity, value] = in_si(chosen[i], file);
-    std::string name = choice.name;
+    std::string name = channel_role(choice.name);
     if (name.empty() || recording.has(name)) name += fmt::format("#{}", i + 1);
     recording.add(std::move(name), quantity, std::move(value));
   }

@@ -85,6 +85,15 @@ TEST(CsvHeader, AUnitAgainstThatOfTheHeaderIsRefused) {
 }
 
 // Whoever names the probes wants the file's own time with them.
+// Channels that have a part to play are known in any letters, and a speed in turns a second is one too.
+TEST(CsvHeader, PartsAreKnownInAnyLetters) {
+  const Recording r = parse_csv("Time [s],Beta [rad],Keyphasor [V],Pump_A [mm]\n0,1,0,1\n1,2,5,2\n", "a.csv");
+  for (const char* name : {"beta", "Beta", "keyphasor", "Keyphasor", "Pump_A"}) EXPECT_TRUE(r.has(name)) << name;
+  EXPECT_FALSE(r.has("pump_a"));
+  EXPECT_NEAR(parse_table("Speed [Hz],amp_um\n25,1\n26,1\n", "a.csv").in("speed", Quantity::angular_velocity)[0],
+              157.08, 0.01);
+}
+
 TEST(CsvHeader, TheTimeNeedNotBeNamed) {
   for (const std::string header : {"t_s,left_um,right_um\n", "Time [s],left [um],right [um]\n"}) {
     const std::string text = header + "0,1500,2\n0.1,1501,4\n0.2,1502,6\n";

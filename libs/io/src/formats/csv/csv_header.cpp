@@ -139,7 +139,7 @@ std::string guessed_name(const Heading& h) {
   constexpr std::pair<std::string_view, std::string_view> kWords[] = {
       {"zeit", "t"},          {"time", "t"},      {"winkel", "beta"}, {"angle", "beta"},         {"drehzahl", "speed"},
       {"drehwinkel", "beta"}, {"kraft", "force"}, {"weg", "x"},       {"beschleunigung", "acc"}, {"timestamp", "t"},
-      {"rpm", "speed"},       {"phasor", "key"},  {"trigger", "key"}};
+      {"rpm", "speed"},       {"phasor", "key"},  {"trigger", "key"}, {"tach", "tacho"}};
   for (const auto& [word, known] : kWords)
     if (name == word) return std::string(known);
   std::erase_if(name, [](char c) { return !((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'); });
@@ -149,11 +149,15 @@ std::string guessed_name(const Heading& h) {
 }  // namespace
 
 void use_known_names(std::vector<Heading>& headings, const std::vector<std::string>& required) {
-  std::vector<std::string> known{"t", "time"};
+  std::vector<std::string> known;
   for (const std::string& wanted : required) known.emplace_back(split_unit(wanted).name);
+  const auto asked = [&](const std::string& name) {
+    return std::find(known.begin(), known.end(), name) != known.end();
+  };
   for (Heading& h : headings) {
-    const std::string name = small_letters(h.name);
-    if (name == h.name || std::find(known.begin(), known.end(), name) == known.end()) continue;
+    std::string name = small_letters(h.name);
+    if (!asked(name)) name = channel_role(h.name);
+    if (name == h.name || asked(h.name)) continue;
     const auto same = [&](const Heading& other) { return &other != &h && small_letters(other.name) == name; };
     if (std::none_of(headings.begin(), headings.end(), same)) h.name = name;
   }

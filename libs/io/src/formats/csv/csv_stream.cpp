@@ -11,6 +11,7 @@
 #include "formats/csv/csv_lines.hpp"
 #include "formats/csv/csv_stamp.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/remarks.hpp"
@@ -219,9 +220,8 @@ struct CsvStream::State : detail::CsvLines {
   }
 
   static bool names_time(const detail::Heading& h) {
-    std::string name = h.name;
-    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-    return h.name == "t" || h.name == "time" || (h.foreign && name == "time");
+    const std::string name = channel_role(h.name);
+    return name == "t" || name == "time";
   }
 
   void require_column(const NameWithUnit& wanted) const {
