@@ -54,5 +54,19 @@ TEST(AdviceE2e, PulsesAreFoundByTheirNameInAnyLettersOrProposed) {
   EXPECT_EQ(folder.whirl("info run.csv").out.find("--pulses"), std::string::npos) << "a sine is no tacho";
 }
 
+TEST(AdviceE2e, WhatMadeTheNumbersUnusableIsTheReason) {
+  const Folder folder;
+  std::string pull = "deflection_mm,force_N\n", wide = pull;
+  for (int i = 0; i < 20; ++i) {
+    pull += fmt::format("{},{}\n", 0.2 * i, -2.0 * i);
+    wide += fmt::format("{},{}\n", 200 * i, 2.0 * i);
+  }
+  folder.write("pull.csv", pull), folder.write("wide.csv", wide);
+  EXPECT_NE(folder.whirl("stiffness pull.csv").err.find("not usable: linear stiffness is not positive"),
+            std::string::npos);
+  const std::string err = folder.whirl("stiffness wide.csv").err;
+  EXPECT_NE(err.find("not usable: deflections up to 3.8 m (3.8e+03 mm)"), std::string::npos) << err;
+}
+
 }  // namespace
 }  // namespace whirl::testing
