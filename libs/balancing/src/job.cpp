@@ -79,7 +79,8 @@ Quantity reading_quantity(const std::string& path, const io::Table& table, const
 /// Refuses a header in which a column of a balancing table lacks its unit, with the name that it wants.
 void require_units(const std::string& path, const std::string& text) {
   constexpr std::pair<std::string_view, std::string_view> kEndings[] = {
-      {"_amp", "_um (or _mil, _mm_s, _in_s, _g, _m_s2)"},
+      {"run", "_1"},
+      {"_amp", "_um (or _mil, _mm_s, _in_s, _g, _m_s2); peak, pp or rms is stated by --amplitude"},
       {"_phase", "_deg (or _rad)"},
       {"_mass", "_gram (or _kg)"},
       {"_angle", "_deg (or _rad)"}};
@@ -87,9 +88,14 @@ void require_units(const std::string& path, const std::string& text) {
   for (std::size_t begin = 0; begin <= header.size();) {
     const std::size_t end = std::min(header.find_first_of(",;\t", begin), header.size());
     const std::string_view name = std::string_view(header).substr(begin, end - begin);
-    for (const auto& [ending, unit] : kEndings)
-      if (name.ends_with(ending))
-        throw Error::in_file(path, 1, fmt::format("column '{0}' needs a unit: {0}{1}", name, unit));
+    for (const auto& [ending, unit] : kEndings) {
+      const std::size_t at = name.rfind(ending), behind = at + ending.size();
+      const bool other = at != std::string_view::npos && behind < name.size() && name[behind] == '_' &&
+                         io::split_unit(name).unit == nullptr;
+      if (name.ends_with(ending) || other)
+        throw Error::in_file(path, 1,
+                             fmt::format("column '{}' needs a unit: {}{}", name, name.substr(0, behind), unit));
+    }
     begin = end + 1;
   }
 }
@@ -98,11 +104,12 @@ void require_units(const std::string& path, const std::string& text) {
 io::Table read_runs(const std::string& path, const io::CsvOptions& options) {
   try {
     return io::read_table(path, options);
-  } catch (const Error&) {
+  } catch (const Error& e) {
     if (!std::filesystem::exists(path)) throw;
     const std::string text = io::read_text(path);
     require_units(path, text);
-    if (text.find("run_1") != std::string::npos) throw;
+    const std::string said = e.what();
+    if (text.find("run_1") != std::string::npos) throw Error(said.substr(0, said.find(", or name the columns")));
     throw Error::in_file(path, 1,
                          "a balancing table needs the header run_1,speed_rpm,PROBE_amp_um,PROBE_phase_deg,"
                          "PLANE_mass_gram,PLANE_angle_deg (one row per run and speed; PROBE and PLANE are your names, "
@@ -127,13 +134,6 @@ void fill_empty_masses(const std::string& path, io::Table& table, const std::vec
                                  "and angle 0, or both cells empty");
 }
 
-RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
-  io::CsvOptions one_run;  // as found, beside a prior
-  one_run.min_samples = 1;
-  one_run.gaps = true;
-  io::Table table = read_runs(path, one_run);
-  RawJob raw;
-  raw.phases = std::any_of(table.columns.begin(), table.columns.end(),
 /// Says where phases headed as degrees are radians by their size: four or more that lie anywhere on a circle come so
 /// close to zero once in a million jobs.
 void doubt_degrees(const io::Table& table, const std::string& header, const std::vector<std::string>& probes) {
@@ -151,6 +151,13 @@ void doubt_degrees(const io::Table& table, const std::string& header, const std:
                            probes.front()));
 }
 
+RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
+  io::CsvOptions one_run;  // as found, beside a prior
+  one_run.min_samples = 1;
+  one_run.gaps = true;
+  io::Table table = read_runs(path, one_run);
+  RawJob raw;
+  raw.phases = std::any_of(table.columns.begin(), table.columns.end(),
                            [](const Channel& c) { return c.name.ends_with("_phase"); });
   raw.probes = pairs(table, "_amp", raw.phases ? "_phase" : "_amp");
   raw.planes = pairs(table, "_mass", "_angle");
@@ -158,6 +165,7 @@ void doubt_degrees(const io::Table& table, const std::string& header, const std:
     throw Error(path +
                 ": a balancing table has columns PROBE_amp_um, PROBE_phase_deg, PLANE_mass_gram and "
                 "PLANE_angle_deg, and run_1");
+  for (const std::string& plane : raw.planes) table.in(plane + "_mass", Quantity::mass);
   fill_empty_masses(path, table, raw.planes);
   raw.quantity = reading_quantity(path, table, raw.probes);
   const std::string text = io::read_text(path);
@@ -167,10 +175,10 @@ void doubt_degrees(const io::Table& table, const std::string& header, const std:
   if (const std::size_t least = 1 + 2 * raw.planes.size(); !raw.phases && static_cast<std::size_t>(run.size()) < least)
     throw Error(
         fmt::format("{}: no column '{}_phase': amplitudes alone need {} runs at least (as found, and a trial "
-  for (const std::string& plane : raw.planes) table.in(plane + "_mass", Quantity::mass);
                     "mass at several angles on each plane)",
                     path, raw.probes.front(), least));
   const Channel* speed = table.find("speed");
+  if (speed != nullptr) table.in("speed", Quantity::angular_velocity);
   const Channel* time = table.find("time") != nullptr ? table.find("time") : table.find("t");
   for (const Channel& c : table.columns) {
     const bool known = c.name == "run" || &c == speed || &c == time || c.name.ends_with("_amp") ||
@@ -178,7 +186,6 @@ void doubt_degrees(const io::Table& table, const std::string& header, const std:
     if (!known)
       throw Error(path + ": column '" + c.name + "' is not part of a balancing table (see docs/balancing.md)");
   }
-  if (speed != nullptr) table.in("speed", Quantity::angular_velocity);
   for (Index i = 0; i < table.rows(); ++i) {
     Reading r;
     r.run = fmt::format("{:g}", run[i]);

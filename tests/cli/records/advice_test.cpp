@@ -54,6 +54,67 @@ TEST(AdviceE2e, PulsesAreFoundByTheirNameInAnyLettersOrProposed) {
   EXPECT_EQ(folder.whirl("info run.csv").out.find("--pulses"), std::string::npos) << "a sine is no tacho";
 }
 
+// A cell is missing in every turn of a run: each was left out, and no size of 1X remained.
+TEST(AdviceE2e, SingleMissingCellsHideNoSize) {
+  const Folder folder;
+  std::string text = "t_s,x_mm,beta_rad\n";
+  for (int i = 0; i < 8000; ++i) {
+    const double t = 1e-3 * i, angle = 2 * std::numbers::pi * (20 * t - 0.8 * t * t);
+    text += fmt::format("{},{},{}\n", t, i % 60 == 7 ? "" : fmt::format("{:.6f}", std::cos(angle)), angle);
+  }
+  folder.write("gaps.csv", text);
+  const std::string out = folder.whirl("info gaps.csv").out;
+  EXPECT_NE(out.find("1X 1.0"), std::string::npos) << out;
+}
+
+TEST(AdviceE2e, ProposedColumnsAndHeaderLinesCanBeRead) {
+  const Folder folder;
+  folder.write("two.csv", run("Project: pump 7\nOperator: K.M.\n\nTime,X,Y,Angle\n(s),(mm),(mm),(rad)", radians));
+  Outcome o = folder.whirl("info two.csv");
+  EXPECT_EQ(proposal(o, "--header-line 4"), "--header-line 4 ");
+  EXPECT_EQ(folder.whirl("info two.csv " + proposal(o, "--header-line")).exit_code, 0);
+
+  folder.write("de.csv", run("Zeit [s],x [mm],y [mm],Winkel [rad]", radians));
+  o = folder.whirl("identify de.csv");
+  EXPECT_NE(folder.whirl("identify de.csv " + proposal(o, "--columns")).exit_code, 2) << o.err;
+
+  folder.write("probes.csv", run("Time (s),Disp A (mm),Disp B (mm),Angle (rad)", radians));
+  o = folder.whirl("identify probes.csv --columns \"Time (s)\" \"Disp A (mm):x\" \"Disp B (mm):y\" \"Angle (rad)\"");
+  const std::size_t at = o.err.find("--columns");
+  ASSERT_NE(at, std::string::npos) << o.err;
+  EXPECT_NE(folder.whirl("identify probes.csv " + o.err.substr(at)).exit_code, 2) << o.err;
+
+  folder.write("pull.csv", "Weg,Kraft\n0,0\n1,2\n2,4.1\n3,5.9\n4,8\n5,10.1\n");
+  o = folder.whirl("stiffness pull.csv");
+  EXPECT_EQ(folder.whirl("stiffness pull.csv " + proposal(o, "--columns")).exit_code, 0) << o.err;
+  folder.write("bare.csv", "deflection_mm,load_N\n0,0\n1,2\n2,4\n");
+  EXPECT_NE(folder.whirl("stiffness bare.csv").err.find("'force_N'"), std::string::npos);
+
+  folder.write("volts.csv", run("Time [s],Ch1 [V],Ch2 [V],Angle [rad]", radians));
+  o = folder.whirl("identify volts.csv --columns Ch1:x_mm Ch2:y_mm Angle:beta");
+  EXPECT_NE(o.err.find("Ch1:x_mm*FACTOR: the header says V, so FACTOR is the calibration in mm per V"),
+            std::string::npos)
+      << o.err;
+}
+
+TEST(AdviceE2e, ABalancingTableIsToldWhichColumnAndHow) {
+  const Folder folder;
+  const std::string rows = "1;1480;3.2;40;0;0\n2;1480;2.243;55.5;15;60\n3;1480;3.3;41;0;0\n";
+  folder.write("run.csv", "run;speed_rpm;DE_amp_mm_s;DE_phase_deg;Fan_mass_g;Fan_angle_deg\n" + rows);
+  EXPECT_NE(folder.whirl("balance run.csv").err.find("column 'run' needs a unit: run_1"), std::string::npos);
+  folder.write("rms.csv", "run_1;speed_rpm;DE_amp_mm_s_rms;DE_phase_deg;Fan_mass_gram;Fan_angle_deg\n" + rows);
+  const std::string err = folder.whirl("balance rms.csv").err;
+  EXPECT_NE(err.find("column 'DE_amp_mm_s_rms' needs a unit: DE_amp_um (or "), std::string::npos) << err;
+  EXPECT_EQ(err.find("--columns"), std::string::npos) << err;
+  folder.write("good.csv", "run_1;speed_rpm;DE_amp_mm_s;DE_phase_deg;Fan_mass_g;Fan_angle_deg\n" + rows);
+  EXPECT_EQ(folder.whirl("balance good.csv --phase lag --amplitude rms --angles against").exit_code, 0);
+  folder.write("rad.csv",
+               "run_1,speed_rpm,A_amp_um,A_phase_deg,P_mass_gram,P_angle_deg\n1,1500,50,0.7,0,0\n"
+               "2,1500,60,1.92,10,0\n3,1500,50,0.72,0,0\n4,1500,55,3.1,10,90\n");
+  EXPECT_NE(folder.whirl("balance rad.csv").err.find("are they in rad (a header A_phase_rad)?"), std::string::npos);
+  EXPECT_EQ(folder.whirl("balance rad.csv --limit-gram 0").exit_code, 2) << "no mass at all";
+}
+
 TEST(AdviceE2e, WhatMadeTheNumbersUnusableIsTheReason) {
   const Folder folder;
   std::string pull = "deflection_mm,force_N\n", wide = pull;

@@ -11,6 +11,7 @@
 #include "whirl/identify/sindy_library.hpp"
 #include "whirl/io/library_toml.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/io/units.hpp"
 
 namespace whirl::app {
 namespace {
@@ -31,6 +32,24 @@ std::vector<std::pair<std::string, std::string>> by_input(const std::string& tex
   return all;
 }
 
+/// The columns as they were read, `angle` among them as beta.
+std::string columns_with_beta(std::vector<std::string> columns, const Recording& like, const std::string& angle) {
+  if (columns.empty())
+    for (const char* name : {"x", "y"})
+      if (like.has(name)) columns.emplace_back(name);
+  std::string header = angle, out;
+  for (const std::string& spec : columns) {
+    const std::size_t colon = spec.rfind(':');
+    const std::string name = io::split_unit(spec.substr(colon + 1)).name;  // the whole where there is no colon
+    if (spec.starts_with(angle) && colon == std::string::npos) continue;
+    if (colon != std::string::npos && (name == angle || spec.substr(colon + 1) == angle))
+      header = spec.substr(0, colon);
+    else
+      out += spec.find_first_of(" ()[]*;&'$") == std::string::npos ? " " + spec : " \"" + spec + '"';
+  }
+  return out + " \"" + header + ":beta\"";
+}
+
 double seconds_of(const std::string& text) {
   std::size_t end = 0;
   double value = -1;
@@ -44,25 +63,6 @@ double seconds_of(const std::string& text) {
   return value;
 }
 
-}  // namespace
-
-identification::Method IdentifyFlags::method_chosen() const {
-  if (!method.empty()) return identification::method_of(method);
-  if (!drive.empty()) return identification::Method::drive;
-  const bool general = hidden > 0 || !denominators.empty() || !states.empty() || !inputs.empty() ||
-                       !term_list.empty() || !known.empty() || !library.empty() || !signs.empty() || !bounds.empty() ||
-                       least_decay >= 0 || trapping || degree > 0 || fourier > 0 || discrete || time || stream;
-  return general ? identification::Method::sindy : identification::Method::weak;
-}
-
-expr::CandidateLibrary IdentifyFlags::candidate_library(const Recording& like) const {
-  const auto lhs_of = [&](const std::string& s) { return s + (discrete ? "[k+1]" : order == 2 ? "''" : "'"); };
-  std::vector<std::string> sought;  // of a file that names no equation
-  for (const std::string& s : sindy(like).states) sought.push_back(lhs_of(s));
-  const expr::CandidateLibrary read = io::read_library(library, sought);
-  // What the command line says beside the file must agree with it.
-  const auto refuse = [&](const char* flag, const std::string& value) {
-    throw Error::in_field(flag, value,
 /// Which methods use a flag; one that is not here serves all.
 struct Use {
   std::vector<std::string_view> methods, flags;
@@ -84,6 +84,25 @@ const std::vector<Use> kUses{
     {{"drive"}, {"--drive", "--inertia-kgm2", "--mass-kg"}},
 };
 
+}  // namespace
+
+identification::Method IdentifyFlags::method_chosen() const {
+  if (!method.empty()) return identification::method_of(method);
+  if (!drive.empty()) return identification::Method::drive;
+  const bool general = hidden > 0 || !denominators.empty() || !states.empty() || !inputs.empty() ||
+                       !term_list.empty() || !known.empty() || !library.empty() || !signs.empty() || !bounds.empty() ||
+                       least_decay >= 0 || trapping || degree > 0 || fourier > 0 || discrete || time || stream;
+  return general ? identification::Method::sindy : identification::Method::weak;
+}
+
+expr::CandidateLibrary IdentifyFlags::candidate_library(const Recording& like) const {
+  const auto lhs_of = [&](const std::string& s) { return s + (discrete ? "[k+1]" : order == 2 ? "''" : "'"); };
+  std::vector<std::string> sought;  // of a file that names no equation
+  for (const std::string& s : sindy(like).states) sought.push_back(lhs_of(s));
+  const expr::CandidateLibrary read = io::read_library(library, sought);
+  // What the command line says beside the file must agree with it.
+  const auto refuse = [&](const char* flag, const std::string& value) {
+    throw Error::in_field(flag, value,
                           fmt::format("what {} says: equations of {}", library, fmt::join(read.lhs, ", ")));
   };
   const auto has = [](const std::vector<std::string>& list, const std::string& name) {
@@ -174,9 +193,8 @@ void IdentifyFlags::require_rotor_channels(const Recording& like) const {
   for (const Channel& c : like.channels) {
     if (like.has("beta") || c.quantity != Quantity::angle) continue;
     throw Error(
-        fmt::format("{}: no column 'beta', but '{}' is an angle; if it is the rotor's, name the columns: --columns "
-                    "x y \"{}:beta\"",
-                    like.source, c.name, c.name));
+        fmt::format("{}: no column 'beta', but '{}' is an angle; if it is the rotor's, name the columns: --columns{}",
+                    like.source, c.name, columns_with_beta(record.columns, like, c.name)));
   }
   if (!like.has("beta")) {
     throw Error(fmt::format(

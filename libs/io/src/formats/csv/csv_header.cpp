@@ -163,15 +163,34 @@ void use_known_names(std::vector<Heading>& headings, const std::vector<std::stri
   }
 }
 
-std::string proposed_columns(const std::vector<Heading>& headings, bool numbers) {
+namespace {
+
+/// A name that is wanted for this quantity, where none of the headings has it; else `name`.
+std::string wanted_name(const std::string& name, std::string_view unit, const std::vector<Heading>& headings,
+                        const std::vector<std::string>& required) {
+  const UnitSuffix* stated = find_unit(unit);
+  for (const std::string& text : required) {
+    const NameWithUnit wanted = split_unit(text);
+    if (wanted.unit == nullptr || stated == nullptr || wanted.unit->quantity != stated->quantity) continue;
+    if (std::ranges::none_of(headings, [&](const Heading& h) { return guessed_name(h) == wanted.name; }))
+      return wanted.name;
+  }
+  return name;
+}
+
+}  // namespace
+
+std::string proposed_columns(const std::vector<Heading>& headings, bool numbers,
+                             const std::vector<std::string>& required) {
   std::string out;
   std::vector<std::string> taken;
   for (std::size_t i = 0; i < headings.size() && i < 12; ++i) {
     const Heading& h = headings[i];
     std::string name = guessed_name(h);
+    const std::string_view unit = h.unit != nullptr ? h.unit->suffix : usual_unit(name);
+    name = wanted_name(name, unit, headings, required);
     while (std::find(taken.begin(), taken.end(), name) != taken.end()) name += "b";
     taken.push_back(name);
-    const std::string_view unit = h.unit != nullptr ? h.unit->suffix : usual_unit(name);
     std::string spec = fmt::format("{}:{}_{}", numbers ? std::to_string(i + 1) : shown(h.text), name, unit);
     if (spec.find_first_of(" ()[]*;&'$") != std::string::npos) spec = '"' + spec + '"';
     out += (out.empty() ? "" : " ") + spec;
@@ -185,6 +204,12 @@ namespace {
 /// number at the end of a name ("ch_1") is no unit.
 void require_unit_of_header(const std::string& spec, const Heading& h, const UnitSuffix& wanted) {
   if (h.unit == nullptr || h.unit == &wanted || h.unit->quantity == Quantity::dimensionless) return;
+  if (h.unit->quantity != wanted.quantity)
+    throw Error::in_field(
+        "--columns", spec,
+        fmt::format("{0}*FACTOR: the header says {1}, so FACTOR is the calibration in {2} per {1} (8 {1} per {2}: "
+                    "0.125)",
+                    spec, h.unit->suffix, wanted.suffix));
   throw Error::in_field(
       "--columns", spec,
       fmt::format("the unit of the header, which says {}. To read values in {} after a calibration or a wrong header, "
