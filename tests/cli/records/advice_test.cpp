@@ -129,5 +129,51 @@ TEST(AdviceE2e, WhatMadeTheNumbersUnusableIsTheReason) {
   EXPECT_NE(err.find("not usable: deflections up to 3.8 m (3.8e+03 mm)"), std::string::npos) << err;
 }
 
+// The amplitude of one mode at held speeds: 1500 rpm, damping 0.02.
+TEST(AdviceE2e, HeldSpeedsAreNoFastRun) {
+  const Folder folder;
+  std::string text = "rpm,amp_1x_um,phase_1x_deg\n";
+  for (int rpm = 600; rpm <= 2400; rpm += 5) {
+    const std::complex<double> s(0, rpm / 1500.0), h = s * s / (s * s + 0.04 * s + 1.0);
+    text += fmt::format("{},{:.8f},{:.8f}\n", rpm, 40 * std::abs(h), std::arg(h) * 180 / std::numbers::pi);
+  }
+  folder.write("bode.csv", text);
+  const Outcome fast = folder.whirl("transient bode.csv --modes 1");
+  EXPECT_EQ(fast.exit_code, 1) << fast.out;
+  EXPECT_NE(fast.err.find("--steady fits them"), std::string::npos) << fast.err;
+  const Outcome held = folder.whirl("transient bode.csv --modes 1 --steady");
+  EXPECT_EQ(held.exit_code, 0) << held.err;
+  EXPECT_NE(held.out.find("mode 1: 1500.0"), std::string::npos) << held.out;
+}
+
+TEST(AdviceE2e, UnitsOfAFlagOrAFileAreDoubted) {
+  const Folder folder;
+  const std::string shaft =
+      "[[material]]\nname = \"steel\"\n[[section]]\nlength_mm = 800\nouter_{0} = {1}\nmaterial = \"steel\"\n"
+      "[[disc]]\nposition_mm = 400\nmass_kg = 5\ntransverse_{2} = 0.012\npolar_kgm2 = 0.024\n"
+      "[[bearing]]\nposition_mm = 50\nstiffness_N_m = 1e6\n[[bearing]]\nposition_mm = 750\nstiffness_N_m = 1e6\n";
+  folder.write("thin.toml", fmt::format(fmt::runtime(shaft), "mm", 0.02, "kgm2"));
+  Outcome o = folder.whirl("rotor modes thin.toml");
+  EXPECT_EQ(o.exit_code, 1) << o.out;
+  EXPECT_NE(o.err.find("under its own weight: is a length in mm given as m?"), std::string::npos) << o.err;
+  folder.write("unit.toml", fmt::format(fmt::runtime(shaft), "mm", 20, "kgmm2"));
+  o = folder.whirl("rotor modes unit.toml");
+  EXPECT_NE(o.err.find("transverse_kgmm2 = 0.012: unknown unit; allowed units: kgm2"), std::string::npos) << o.err;
+  folder.write("about.toml", "name = \"pump 7\"\n");
+  folder.write("run.csv", run("t_s,x_mm,y_mm,beta_rad", radians));
+  const std::pair<const char*, const char*> calls[] = {
+      {"report run.csv --about about.toml --out r.html", "unknown key 'name'; it belongs under [machine]"},
+      {"rig stiffness --angle-deg 1.5708 --out p.csv",
+       "--angle-deg = 1.5708: must be in degrees: 1.5708 rad is 90 deg"},
+      {"identify run.csv --holdout 30", "--holdout = 30: must be between 0.05 and 0.8: 30 % is 0.3"},
+      {"balance run.csv --phase lag --phase lead", "--phase: given more than once"},
+  };
+  for (const auto& [call, part] : calls) {
+    o = folder.whirl(call);
+    EXPECT_EQ(o.exit_code, 2) << call;
+    EXPECT_NE(o.err.find(part), std::string::npos) << call << "\n" << o.err;
+  }
+}
+
 }  // namespace
 }  // namespace whirl::testing
