@@ -94,6 +94,7 @@ TEST(MisuseE2e, EveryWrongWordIsNamedWithWhatIsAllowed) {
       {"run controller.json --fmu none.fmu", "--fmu = none.fmu: must be a file that is there"},
       {"identify record.csv --degree 3 --library system.toml", "give one of them"},
       {"design model.json --mass-kg 1.5 --stiffness stiff.json", "give one of them"},
+      {"simulate model.json --from-rpm 300 --to-rpm 1500", "--seconds is missing"},
   };
   for (const auto& [call, part] : calls) expect_refused(folder.whirl(call), call, part);
 }
@@ -125,6 +126,20 @@ TEST(MisuseE2e, FlagsThatWouldDoNothingAreRefused) {
   };
   for (const auto& [call, part] : calls) expect_refused(folder.whirl(call), call, part);
   EXPECT_FALSE(std::filesystem::exists(folder / "new.json"));
+}
+
+// A speed in Hz, a run taken for ambient motion, a plan that no rate keeps: said, with what to do or why.
+TEST(MisuseE2e, WhatIsPossibleButUnlikelyIsDoubted) {
+  const Folder folder;
+  copy_made(folder);
+  const Outcome report = folder.whirl("report record.csv --service-rpm 25 --out r.html");
+  EXPECT_NE(report.err.find("is it in Hz (1500 rpm)?"), std::string::npos) << report.err;
+  const Outcome ambient = folder.whirl("oma record.csv");
+  EXPECT_NE(ambient.err.find("`whirl transient record.csv` takes modes from"), std::string::npos) << ambient.err;
+  EXPECT_NE(folder.whirl("transient record.csv").exit_code, 2);
+  const Outcome plan = folder.whirl("runup model.json --from-rpm 300 --to-rpm 1900 --limit-mm 0.0001");
+  EXPECT_EQ(plan.exit_code, 1) << plan.err;
+  EXPECT_NE(plan.err.find("not usable: run-"), std::string::npos) << plan.err;
 }
 
 // Values at which nothing moves, beyond what a record shows, or too small for its samples.

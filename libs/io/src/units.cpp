@@ -167,6 +167,16 @@ std::string_view usual_unit(std::string_view name) {
   return "mm";
 }
 
+std::string quantity_problem(std::string_view column, Quantity is, Quantity wanted) {
+  const auto named = [](Quantity q) {
+    const std::string_view name = to_string(q);
+    return q == Quantity::dimensionless ? std::string("number without a unit")
+                                        : fmt::format("{} {}", name.front() == 'a' ? "an" : "a", name);
+  };
+  return fmt::format("column '{}' is {}, must be {}; allowed units: {}", column, named(is), named(wanted),
+                     allowed_units(wanted));
+}
+
 std::string unit_problem(std::string_view name) {
   const std::size_t at = name.find('_', 1);
   if (at == std::string_view::npos) {

@@ -80,11 +80,11 @@ void JobFlags::add_to(CommandLine* sub) {
       ->one_of({"automatic", "linear", "none"});
   sub->add_option("--noise-um", noise_um, "sd of one reading, zero-to-peak; default: from the runs")->range(0, 1e6);
   sub->add_option("--noise", noise, "the same in the unit of the readings")->range(0, 1e6);
-  sub->add_option("--limit-gram", limit_gram, "largest mass on a plane")->range(0, 1e9);
+  sub->add_option("--limit-gram", limit_gram, "largest mass on a plane")->positive();
   sub->add_option("--holes", plain.holes, "equally spaced holes of each plane")->range(1, 1000);
   sub->add_option("--first-hole-deg", first_hole_deg, "angle of the first hole")->range(-360, 360)->show_default();
-  sub->add_option("--piece-gram", piece_gram, "masses come in multiples of this")->range(0, 1e9);
-  sub->add_option("--hole-gram", hole_gram, "largest mass in one hole")->range(0, 1e9);
+  sub->add_option("--piece-gram", piece_gram, "masses come in multiples of this")->positive();
+  sub->add_option("--hole-gram", hole_gram, "largest mass in one hole")->positive();
   sub->add_flag("--drop-dependent", plain.drop_dependent,
                 "no mass on a plane that acts as another (Darlow: below 20 %)");
   sub->add_flag("--all-runs", plain.all_runs, "name a run that contradicts the others, but use it");

@@ -43,8 +43,8 @@ void IdentifyFlags::add_to(CommandLine* sub) {
   sub->add_option("--mass-kg", mass, "mass of the disk")->range(0, 1e9);
 
   sub->section("One degree of freedom (second-order)");
-  sub->add_option("--output", output, "displacement channel");
-  sub->add_option("--input", input, "input channel");
+  sub->add_option("--output-channel", output, "displacement")->show_default();
+  sub->add_option("--input-channel", input, "force or other input")->show_default();
   add_general_to(sub);
   add_regression_to(sub);
 }

@@ -49,8 +49,8 @@ struct IdentifyFlags {
   void add_to(CommandLine* sub);
   /// weak, unless another method is named or flags of sindy are given.
   identification::Method method_chosen() const;
-  /// Throws Error when a flag is given that the method does not take.
-  void check() const;
+  /// Throws Error when one of the flags given is none that the method takes.
+  void check(const std::vector<std::string>& given) const;
   /// Channels that the record must have.
   std::vector<std::string> required() const;
   bool of_a_rotor() const;  ///< does the method chosen take a rotor's record?

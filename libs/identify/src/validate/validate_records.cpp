@@ -163,10 +163,15 @@ ValidationReport validate(const IdentifiedModel& model, const std::vector<Record
     const bool turns = records[i].has("x") && records[i].has("y") && records[i].has("beta");
     if (has_drive(model) && turns) judge_drive(model, records[i], run);
     if (rotor) judge_readings(model, records[i], own, run);
-    for (const std::string& w : run.summary.warnings) report.summary.warn(w);
     for (const std::string& n : run.summary.notes) report.summary.notes.push_back(n);
-    if (run.summary.status == Status::unusable) report.summary.status = Status::unusable;
     report.runs.push_back(std::move(run));
+  }
+  for (const bool unusable : {false, true}) {  // the last warning is the reason that is given
+    for (const ValidationRun& run : report.runs) {
+      if ((run.summary.status == Status::unusable) != unusable) continue;
+      for (const std::string& w : run.summary.warnings) report.summary.warn(w);
+      if (unusable) report.summary.status = Status::unusable;
+    }
   }
   return report;
 }
