@@ -82,18 +82,12 @@ double held_peak(const ControllerDesign& d, FlexibleMachine m, double stiffness,
 // The first of these designs answers the second bending mode, at 147 Hz, so closely that 4 % more stiffness makes it
 // ring: certified with 0.04 mm where six of 20 machines of its make reached 0.6 mm.
 TEST(CertificateE2e, AFlexibleRotorOfAnotherStiffnessIsHeldWhereTheDesignIsCertified) {
-  const std::map<std::string, double> rings{{"position_scale", 0.00252484},
-                                            {"velocity_scale", 1},
-                                            {"control_scale", 3},
-                                            {"integral_scale", 1.79348e-05},
-                                            {"acceleration_noise", 2.3878},
-                                            {"oscillator_walk", 21.2881}};
-  const std::map<std::string, double> holds{{"position_scale", 0.00501187},
-                                            {"velocity_scale", 1},
-                                            {"control_scale", 3},
-                                            {"integral_scale", 2.03718e-06},
-                                            {"acceleration_noise", 1.32138},
-                                            {"oscillator_walk", 0.826689}};
+  const std::map<std::string, double> rings{{"position_scale", 0.00252484}, {"velocity_scale", 1},
+                                            {"control_scale", 3},           {"integral_scale", 1.79348e-05},
+                                            {"acceleration_noise", 2.3878}, {"oscillator_walk", 21.2881}};
+  const std::map<std::string, double> holds{
+      {"position_scale", 0.00501187},  {"velocity_scale", 1},           {"control_scale", 3},
+      {"integral_scale", 2.03718e-06}, {"acceleration_noise", 1.32138}, {"oscillator_walk", 0.826689}};
   int certified = 0;
   for (const auto& [seed, numbers] : {std::pair{8004U, rings}, std::pair{8009U, holds}}) {
     const FlexibleMachine m = flexible(seed);
