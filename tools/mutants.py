@@ -49,43 +49,40 @@ TARGETS = {
     "settings": ("libs/io/src/settings.cpp", None, ["libs/io/test/settings_test.cpp"]),
     "array_bytes": ("libs/io/src/formats/arrays/bytes.cpp", None, ["libs/io/test/foreign_formats_test.cpp"]),
     "json": ("libs/io/src/json.cpp", None, ["libs/io/test/json_test.cpp"]),
-    "supervisor": ("libs/control/src/supervisor.cpp", None,
-                   ["libs/control/test/supervisor_rules_test.cpp", "libs/tuning/test/supervision_test.cpp",
-                    "libs/control/test/controller_test.cpp"]),
-    "force_check": ("libs/control/src/force_check.cpp", None,
-                    ["libs/tuning/test/force_check_test.cpp", "libs/tuning/test/supervision_test.cpp"]),
+    **{name: (f"libs/control/src/{name}.cpp", None,
+              [f"libs/control/test/{name}_rules_test.cpp", "libs/deploy/test/supervision/supervision_ticks_test.cpp"])
+       for name in ("supervisor", "force_check")},
     "fmu_core": ("libs/deploy/c/fmi/fmu_core.c", None, ["libs/deploy/test/fmu_test.cpp", "libs/deploy/test/fmu_exchange_test.cpp"]),
     "fmu_state": ("libs/deploy/c/fmi/fmi_common.c", None,
                   ["libs/deploy/test/fmu_test.cpp", "libs/deploy/test/fmu_conformance_test.cpp"]),
     "verdict_rules": ("libs/identify/src/evidence/verdict.cpp", None, ["libs/identify/test/evidence/verdict_rules_test.cpp"]),
     "verdict_rotor": ("libs/identify/src/evidence/rotor_verdict.cpp", None,
-                      ["libs/identify/test/rotor_identify_test.cpp", "libs/identify/test/ill_posed_test.cpp"]),
+                      ["libs/identify/test/evidence/rotor_verdict_rules_test.cpp"]),
     "verdict_system": ("libs/identify/src/evidence/sindy_verdict.cpp", None,
-                       ["libs/identify/test/sindy_test.cpp", "libs/identify/test/evidence/held_out_verdict_test.cpp",
-                        "libs/identify/test/stated_meaning_test.cpp"]),
+                       ["libs/identify/test/evidence/sindy_verdict_rules_test.cpp"]),
     **{"finding_" + name: (f"libs/diagnosis/src/findings/{name}.cpp", None, ["libs/diagnosis/test/vibration_findings_test.cpp"])
        for name in ("chances", "electric", "orders", "run_out", "sidebands", "subsynchronous")},
     "standards": ("libs/diagnosis/src/standards.cpp", None, ["libs/diagnosis/test/standards_test.cpp", "libs/diagnosis/test/zone_limits_test.cpp"]),
     "correction": ("libs/diagnosis/src/correction.cpp", None,
                    ["libs/diagnosis/test/correction_rules_test.cpp", "libs/diagnosis/test/correction_test.cpp"]),
     "influence": ("libs/diagnosis/src/influence.cpp", None,
-                  ["libs/diagnosis/test/drift_option_test.cpp", "libs/diagnosis/test/influence_test.cpp"]),
+                  ["libs/diagnosis/test/influence_rules_test.cpp", "libs/diagnosis/test/drift_option_test.cpp",
+                   "libs/diagnosis/test/influence_test.cpp"]),
     "balancing_sign": ("libs/diagnosis/src/balancing.cpp", None,
                        ["libs/diagnosis/test/advice_intervals_test.cpp", "libs/diagnosis/test/balancing_test.cpp"]),
     "balancing_session": ("libs/balancing/src/session.cpp", None, ["libs/balancing/test/session_rules_test.cpp", "libs/balancing/test/session_test.cpp"]),
-    "certificate": ("libs/tuning/src/certificate/certificate_runs.cpp", None, ["libs/tuning/test/certificate_test.cpp"]),
-    "tuning_verdict": ("libs/tuning/src/verdict.cpp", None, ["libs/tuning/test/verdict_test.cpp"]),
+    "certificate": ("libs/tuning/src/certificate/certificate_runs.cpp", None, ["libs/tuning/test/certificate_rules_test.cpp"]),
+    "tuning_verdict": ("libs/tuning/src/verdict.cpp", None, ["libs/tuning/test/verdict_rules_test.cpp"]),
     "modal_selection": ("libs/modal/src/poles/select_poles.cpp", None,
-                        ["libs/modal/test/modes_test.cpp", "libs/modal/test/methods_test.cpp"]),
-    "blow_checks": ("libs/modal/src/blows/checks.cpp", None, ["libs/modal/test/frf_test.cpp", "libs/modal/test/clean_blows_test.cpp"]),
+                        ["libs/modal/test/pole_selection_rules_test.cpp"]),
+    "blow_checks": ("libs/modal/src/blows/checks.cpp", None, ["libs/modal/test/blow_checks_rules_test.cpp"]),
     "centrifuge": ("libs/shaft/src/centrifuge/load_check.cpp", None, ["libs/shaft/test/centrifuge_test.cpp"]),
     "identities": ("libs/core/src/finding.cpp", None, ["libs/core/test/finding_test.cpp", "libs/core/test/trust_text_test.cpp"]),
     "names": ("libs/core/src/names.cpp", None, ["libs/core/test/names_test.cpp"]),
 }
 
 # Their tests take minutes: run last, so that an interrupted run has most of the others.
-SLOW = {"supervisor", "force_check", "certificate", "verdict_rotor", "verdict_system", "tuning_verdict", "centrifuge",
-        "modal_selection", "blow_checks", "fmu_core", "fmu_state", *(name for name in TARGETS if name.startswith("finding_"))}
+SLOW = {"fmu_core", "fmu_state", *(name for name in TARGETS if name.startswith("finding_"))}
 
 # Beside their tests of rules these have statistics that take minutes: left out.
 RULES_ONLY = {"influence", "balancing_sign", "correction"}

@@ -21,14 +21,18 @@ struct Filter {
   Matrix P = Matrix::Zero();
   Eigen::Vector3cd x = Eigen::Vector3cd::Zero();
 
-  void predict(Complex a, Complex g, double walk) {
+  static Matrix rates(Complex g) {
     Matrix A = Matrix::Zero();
     A(0, 1) = 1;
     A(1, 0) = -kStiffness, A(1, 1) = -kDamping, A(1, 2) = g;
-    Matrix F = Matrix::Identity() + kStep * A;
-    F += 0.5 * kStep * kStep * A * A;
+    return A;
+  }
+  static Matrix over_a_step(const Matrix& A) { return Matrix::Identity() + kStep * A + 0.5 * kStep * kStep * A * A; }
+  /// `g` at its beginning, `mean` over the step, which is what the covariance takes.
+  void predict(Complex a, Complex g, Complex mean, double walk) {
+    const Matrix A = rates(g), F = over_a_step(rates(mean));
     const Eigen::Vector3cd input(0, a, 0), by_input = kStep * input + 0.5 * kStep * kStep * A * input;
-    x = (F * x + by_input).eval();
+    x = (over_a_step(A) * x + by_input).eval();
     const Eigen::Vector3cd held(0.5 * kStep * kStep, kStep, 0);
     P = (F * P * F.adjoint()).eval() + std::pow(noise.acceleration_noise, 2) * held * held.adjoint();
     P(2, 2) += walk * walk * kStep;
@@ -58,15 +62,18 @@ TEST_P(KalmanOfAllKindsReference, IsTheFilterInMatrices) {
   std::mt19937_64 random(12);
   std::normal_distribution<double> normal;
   const auto draw = [&](double size) { return Complex(size * normal(random), size * normal(random)); };
-  const Complex g = kind == DisturbanceState::eccentricity ? forcing : Complex(1);
+  const auto regressor = [&](int k) {  // it jumps round, so that no covariance is real by accident
+    return kind == DisturbanceState::eccentricity ? forcing * std::polar(1 + 0.1 * (k % 3), 0.7 * k) : Complex(1);
+  };
   for (int round = 0; round < 2; ++round) {
     Filter filter{noise};
     for (int k = 0; k < 60; ++k) {
+      const Complex g = regressor(k), last = regressor(std::max(k - 1, 0));
       EstimatorInput in;
       in.z = draw(1e-3);
       in.fresh = k % 7 != 3;
       in.a_second = draw(3);
-      in.forcing = forcing;
+      in.forcing = regressor(k);
       in.d = given;
       in.omega = k == 0 && kind != DisturbanceState::oscillator ? -50 : 0;  // a whirl at the first sample
       const DiskMotion s = estimator.step(in);
@@ -76,8 +83,8 @@ TEST_P(KalmanOfAllKindsReference, IsTheFilterInMatrices) {
         filter.P.diagonal() << std::pow(noise.measurement_noise, 2), std::norm(v) + 1e-4,
             third ? std::pow(noise.disturbance_prior, 2) : 0;
       } else {
-        filter.predict(in.a_second + (third ? Complex(0) : given), third ? g : Complex(0),
-                       third ? noise.disturbance_walk : 0);
+        filter.predict(in.a_second + (third ? Complex(0) : given), third ? last : Complex(0),
+                       third ? 0.5 * (last + g) : Complex(0), third ? noise.disturbance_walk : 0);
         if (in.fresh) filter.update(in.z);
       }
       ASSERT_LT(std::abs(s.z - filter.x(0)), 1e-12) << k;

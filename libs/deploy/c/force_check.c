@@ -164,8 +164,11 @@ static whirl_force_fit whirl_fit_force(const whirl_force_check *c, whirl_real k1
   const whirl_complex zr =
       whirl_sub(whirl_sub(c->zd, whirl_mul(back, e)), whirl_scale(per, whirl_mul(back, fr)));
   const whirl_real zz = (c->zz - (per * whirl_norm(c->fz))) + R(1e-30);
-  const whirl_real size = M(sqrt)(whirl_norm(zr));
-  const whirl_complex q = whirl_scale((size > (model * zz)) ? (model / size) : (R(1.0) / zz), zr);
+  /* of squares: rounding may leave a zz below zero beside a zr of zero */
+  const whirl_real square = whirl_norm(zr);
+  const whirl_real most = model * zz;
+  const whirl_complex q =
+      whirl_scale((square > (most * most)) ? (model / M(sqrt)(square)) : (R(1.0) / zz), zr);
   const whirl_complex zx = whirl_sub(c->zx, whirl_scale(per, whirl_mul(back, c->fx)));
   const whirl_complex zy = whirl_sub(c->zy, whirl_scale(per, whirl_mul(back, c->fy)));
   const whirl_complex zl = whirl_sub(c->zl, whirl_scale(per, whirl_mul(back, c->fl)));

@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -30,6 +31,8 @@ struct Faults {
   std::vector<int> fsync, rename, close;
   std::size_t shortest = SIZE_MAX;  ///< write() takes no more
   std::vector<int> write;
+  bool swallow = false;                ///< write() takes all and writes nothing
+  std::vector<std::size_t> swallowed;  ///< how much each time
   std::vector<std::string> calls;
 } faults;
 
@@ -61,6 +64,7 @@ extern "C" int rename(const char* from, const char* to) noexcept {
 }
 extern "C" ssize_t write(int descriptor, const void* from, size_t size) {
   if (const int code = next_of(faults.write)) return errno = code, code == -1 ? 0 : -1;
+  if (faults.swallow) return faults.swallowed.push_back(size), static_cast<ssize_t>(size);
   return real<ssize_t(int, const void*, size_t)>("write")(descriptor, from, std::min(size, faults.shortest));
 }
 extern "C" int close(int descriptor) {
@@ -154,6 +158,36 @@ TEST_F(FileOutput, InterruptedAndShortCallsGoOn) {
   faults.close = {EINTR};  // closed nevertheless
   EXPECT_EQ(refusal(at("a"), "again"), "");
   EXPECT_EQ(content(at("a")), "again");
+}
+
+// Systems write 2 GiB in one call at most. The bytes are pages that nobody touches.
+TEST_F(FileOutput, NoCallIsAskedForMoreThanAGibibyte) {
+  constexpr std::size_t kGibibyte = std::size_t{1} << 30;
+  void* const pages = mmap(nullptr, kGibibyte + 5, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (pages == MAP_FAILED) GTEST_SKIP() << "no address space";
+  ByteSink sink(at("a"));
+  faults.swallow = true;
+  sink.write({static_cast<const char*>(pages), kGibibyte + 5});
+  faults.swallow = false;
+  EXPECT_THAT(faults.swallowed, ElementsAre(kGibibyte, 5u));
+  munmap(pages, kGibibyte + 5);
+}
+
+// A program started with its input closed gets descriptor 0 for the first file that it opens.
+TEST_F(FileOutput, TheDescriptorOfAClosedInputIsAFileLikeAnyOther) {
+  const int kept = dup(0);
+  write_text(at("a"), "old");
+  ::close(0);
+  errno = EEXIST;  // of something before
+  const std::string to_file = refusal(at("a"));
+  ::close(0);
+  errno = EEXIST;
+  const std::string to_device = refusal("/dev/null");
+  if (kept >= 0) dup2(kept, 0), ::close(kept);
+  EXPECT_EQ(to_file, "");
+  EXPECT_EQ(to_device, "");
+  EXPECT_EQ(content(at("a")), "new");
+  EXPECT_THAT(names(), ElementsAre("a"));
 }
 
 TEST_F(FileOutput, AnyPiecesGiveTheSameBytes) {

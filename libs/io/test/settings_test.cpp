@@ -48,6 +48,17 @@ TEST(Settings, NumbersComeInSi) {
   EXPECT_NO_THROW(s.finish());
 }
 
+TEST(Settings, AnUnknownKeyNearToNoneIsAnsweredWithTheKeysOfItsTable) {
+  const Settings s = parse_settings("[rotor]\nzzzzzzzz = 1\n", "rig.toml");
+  s.number("rotor.mass", Quantity::mass, 0);
+  s.number("rotor.speed", Quantity::angular_velocity, 0);
+  s.number("laser.range", Quantity::displacement, 0);
+  const std::string said = error_of([&] { s.finish(); });
+  EXPECT_THAT(said,
+              AllOf(HasSubstr("unknown key 'rotor.zzzzzzzz'; known here: "), HasSubstr("mass"), HasSubstr("speed")));
+  EXPECT_THAT(said, ::testing::Not(HasSubstr("range")));
+}
+
 TEST(Settings, EveryRefusalNamesFileLineKeyAndWhatIsAllowed) {
   const Settings s = parse_settings(kText, "rig.toml");
   EXPECT_THAT(error_of([&] { s.number("rotor.mass", Quantity::mass, 0, 0, 1); }),

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "step_difference.hpp"
+#include "../step_difference.hpp"
 #include "whirl/testing/foreign_rig.hpp"
 
 namespace whirl::deploy {
