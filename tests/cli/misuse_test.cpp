@@ -133,7 +133,7 @@ TEST(MisuseE2e, WhatIsPossibleButUnlikelyIsDoubted) {
   const Folder folder;
   copy_made(folder);
   const Outcome report = folder.whirl("report record.csv --service-rpm 25 --out r.html");
-  EXPECT_NE(report.err.find("is it in Hz (1500 rpm)?"), std::string::npos) << report.err;
+  EXPECT_NE(report.err.find("is the service speed in Hz (1500 rpm)?"), std::string::npos) << report.err;
   const Outcome ambient = folder.whirl("oma record.csv");
   EXPECT_NE(ambient.err.find("`whirl transient record.csv` takes modes from"), std::string::npos) << ambient.err;
   EXPECT_NE(folder.whirl("transient record.csv").exit_code, 2);

@@ -79,7 +79,6 @@ Quantity reading_quantity(const std::string& path, const io::Table& table, const
 /// Refuses a header in which a column of a balancing table lacks its unit, with the name that it wants.
 void require_units(const std::string& path, const std::string& text) {
   constexpr std::pair<std::string_view, std::string_view> kEndings[] = {
-      {"run", "_1"},
       {"_amp", "_um (or _mil, _mm_s, _in_s, _g, _m_s2); peak, pp or rms is stated by --amplitude"},
       {"_phase", "_deg (or _rad)"},
       {"_mass", "_gram (or _kg)"},
@@ -88,6 +87,8 @@ void require_units(const std::string& path, const std::string& text) {
   for (std::size_t begin = 0; begin <= header.size();) {
     const std::size_t end = std::min(header.find_first_of(",;\t", begin), header.size());
     const std::string_view name = std::string_view(header).substr(begin, end - begin);
+    if (name == "run" && header.find("_amp") != header.npos)
+      throw Error::in_file(path, 1, "column 'run' needs a unit: run_1");
     for (const auto& [ending, unit] : kEndings) {
       const std::size_t at = name.rfind(ending), behind = at + ending.size();
       const bool other = at != std::string_view::npos && behind < name.size() && name[behind] == '_' &&

@@ -80,8 +80,8 @@ std::string doubt_of_hertz(const std::string& what, double low, double high, dou
     const double a = factor * low / kRadPerSecPerRpm, b = factor * high / kRadPerSecPerRpm;
     return a == b ? fmt::format("{:g}", a) : fmt::format("{:g} to {:g}", a, b);
   };
-  return fmt::format("{}, {} rpm, is far below the critical speed of {:.0f} rpm: is it in Hz ({} rpm)?", what, range(1),
-                     critical / kRadPerSecPerRpm, range(60));
+  return fmt::format("{}, {} rpm, is far below the critical speed of {:.0f} rpm: is {} in Hz ({} rpm)?", what, range(1),
+                     critical / kRadPerSecPerRpm, what, range(60));
 }
 
 namespace {

@@ -81,8 +81,8 @@ void judge(StiffnessLaw& law, const CubicFit& fit, const StiffnessOptions& optio
   if (law.k1.value <= 0) law.summary.fail("linear stiffness is not positive: check the signs of the table");
   if (ds > 0.2)
     law.summary.fail(fmt::format(
-        "deflections up to {:.3g} m ({:.3g} mm): no shaft is pulled that far; is their unit stated rightly?", ds,
-        1e3 * ds));
+        "deflections up to {:.3g} m ({:.3g} mm): no shaft is pulled that far; is their unit mm, not m (or um, not mm)?",
+        ds, 1e3 * ds));
 }
 
 constexpr double kOutlierChance = 1e-3;  // of one table without an outlier
