@@ -312,11 +312,11 @@ TEST_P(FmuExport, RatesAreThoseOfTheLastStatesAlsoWhenTheTimeComesAfterThem) {
   ASSERT_EQ(fmu.new_discrete_states(c), 0);
   ASSERT_EQ(fmu.call("EnterContinuousTimeMode", c), 0);
   fmu.set_states(c, {1e-4, 0, 0, 0.01});
-  const double first = fmu.rates(c, 4)[2];
+  const double first = fmu.rates(c, 4)[1];
   fmu.set_states(c, {3e-4, 0, 0, 0.01});
   fmu.set_time(c, 0.1);
   const double read = fmu.get(c, "der(vx)");
-  EXPECT_EQ(read, fmu.rates(c, 4)[2]);
+  EXPECT_EQ(read, fmu.rates(c, 4)[1]);
   EXPECT_NE(read, first);
   fmu.free(c);
 }
