@@ -1,6 +1,9 @@
 // What the program says to a command line that it cannot follow: one sentence, code 2, nothing written.
+
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -136,6 +139,16 @@ TEST(MisuseE2e, WhatIsPossibleButUnlikelyIsDoubted) {
   EXPECT_NE(report.err.find("is the service speed in Hz (1500 rpm)?"), std::string::npos) << report.err;
   const Outcome ambient = folder.whirl("oma record.csv");
   EXPECT_NE(ambient.err.find("`whirl transient record.csv` takes modes from"), std::string::npos) << ambient.err;
+  // A machine in operation, whose speed wanders by 3 %, is no run.
+  std::string wanders = "t_s,x_um,beta_rad\n";
+  for (int i = 0; i < 8000; ++i) {
+    const double t = 2e-3 * i, beta = 157 * (t - 0.03 / 2 * std::cos(2 * t));
+    wanders += fmt::format("{:.4f},{:.4f},{:.6f}\n", t, std::sin(beta) + std::sin(1.0 * i * i), beta);
+  }
+  folder.write("wanders.csv", wanders);
+  const Outcome operation = folder.whirl("oma wanders.csv");
+  EXPECT_NE(operation.exit_code, 2) << operation.err;
+  EXPECT_EQ(operation.err.find("the speed changes"), std::string::npos) << operation.err;
   EXPECT_NE(folder.whirl("transient record.csv").exit_code, 2);
   const Outcome plan = folder.whirl("runup model.json --from-rpm 300 --to-rpm 1900 --limit-mm 0.0001");
   EXPECT_EQ(plan.exit_code, 1) << plan.err;

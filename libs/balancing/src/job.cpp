@@ -97,6 +97,8 @@ void require_units(const std::string& path, const std::string& text) {
         throw Error::in_file(path, 1,
                              fmt::format("column '{}' needs a unit: {}{}", name, name.substr(0, behind), unit));
     }
+    if (header.find("run_1") != header.npos && !name.empty() && io::split_unit(name).unit == nullptr)
+      throw Error::in_file(path, 1, "column " + io::unit_problem(name));
     begin = end + 1;
   }
 }
@@ -105,12 +107,11 @@ void require_units(const std::string& path, const std::string& text) {
 io::Table read_runs(const std::string& path, const io::CsvOptions& options) {
   try {
     return io::read_table(path, options);
-  } catch (const Error& e) {
+  } catch (const Error&) {
     if (!std::filesystem::exists(path)) throw;
     const std::string text = io::read_text(path);
     require_units(path, text);
-    const std::string said = e.what();
-    if (text.find("run_1") != std::string::npos) throw Error(said.substr(0, said.find(", or name the columns")));
+    if (text.find("run_1") != std::string::npos) throw;
     throw Error::in_file(path, 1,
                          "a balancing table needs the header run_1,speed_rpm,PROBE_amp_um,PROBE_phase_deg,"
                          "PLANE_mass_gram,PLANE_angle_deg (one row per run and speed; PROBE and PLANE are your names, "

@@ -60,12 +60,17 @@ bool is_unit_text(std::string_view text) {
              text.end();
 }
 
+std::string small_letters(std::string_view text) {
+  std::string small(text);
+  std::ranges::transform(small, small.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return small;
+}
+
 std::string channel_role(std::string_view name) {
   constexpr std::string_view kRoles[] = {"t",         "time",  "x",     "y",   "beta", "key",
                                          "keyphasor", "tacho", "speed", "rpm", "omega"};
-  std::string small(name);
-  std::ranges::transform(small, small.begin(),
-                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  const std::string small = small_letters(name);
   return std::ranges::find(kRoles, small) != std::end(kRoles) ? small : std::string(name);
 }
 

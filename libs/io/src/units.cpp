@@ -12,6 +12,7 @@
 
 #include "formats/usual_unit.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/core/names.hpp"
 
 namespace whirl::io {
 namespace {
@@ -92,12 +93,6 @@ constexpr std::array kUnits{
     UnitSuffix{"rpm", Q::frequency, 1, 60},
 };
 
-std::string lower(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return std::tolower(c); });
-  return out;
-}
-
 }  // namespace
 
 double UnitSuffix::to_si(double value) const {
@@ -154,7 +149,7 @@ std::string allowed_units(Quantity quantity) {
 }
 
 std::string_view usual_unit(std::string_view name) {
-  const std::string word = lower(name);
+  const std::string word = small_letters(name);
   const auto is = [&](std::initializer_list<std::string_view> words) {
     return std::find(words.begin(), words.end(), word) != words.end();
   };
@@ -187,7 +182,7 @@ std::string unit_problem(std::string_view name) {
   const std::string_view suffix = name.substr(name.rfind('_') + 1);
   std::string hint;
   for (const UnitSuffix& u : kUnits) {
-    if (lower(u.suffix) == lower(suffix)) hint = fmt::format(" (did you mean '{}'?)", u.suffix);
+    if (small_letters(u.suffix) == small_letters(suffix)) hint = fmt::format(" (did you mean '{}'?)", u.suffix);
   }
   return fmt::format("'{}' has the unknown unit '{}'{}; allowed units: {}", name, suffix, hint, allowed_units());
 }
@@ -195,9 +190,9 @@ std::string unit_problem(std::string_view name) {
 std::string nearest(std::string_view word, std::span<const std::string> candidates) {
   std::string best;
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2);
-  const std::string w = lower(word);
+  const std::string w = small_letters(word);
   for (const std::string& candidate : candidates) {
-    const std::string c = lower(candidate);
+    const std::string c = small_letters(candidate);
     // Edit distance in which two neighbours that changed places count once; three rows at a time.
     std::vector<std::size_t> before(c.size() + 1), last(c.size() + 1), row(c.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});

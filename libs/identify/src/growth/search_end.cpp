@@ -102,7 +102,8 @@ void RotorSearch::find_others() {
     r.fit = fit_from_either(r.with, r.near->with);
   };
   const auto weigh = [&](int i) {
-    auto& [near, with, trial] = replaced[static_cast<std::size_t>(i)];
+    auto& [near, with, fitted] = replaced[static_cast<std::size_t>(i)];
+    OutputErrorFit trial = std::move(fitted);  // its motions go with it
     count(trial, growth_);
     if (trial.summary.status != Status::unusable && plausible_gain(trial, fit_) < rules::kToldApart)
       grown_.others.push_back({label(near->taken, growth_), label(near->other, growth_),
@@ -118,12 +119,14 @@ void RotorSearch::find_others() {
   const auto run_hinted = [&](int i) {
     auto& [c, trial] = more[static_cast<std::size_t>(i)];
     const Growth with = with_term(growth_, {c->term, c->place}, options_.refine_poles);
-    trial = OutputErrorFit{};
-    trial.summary.status = Status::unusable;
-    if (!too_many(with)) trial = fit(with);
+    if (too_many(with))
+      trial.summary.status = Status::unusable;
+    else
+      trial = fit(with);
   };
   const auto weigh_hinted = [&](int i) {
-    auto& [c, trial] = more[static_cast<std::size_t>(i)];
+    const auto& c = more[static_cast<std::size_t>(i)].first;
+    OutputErrorFit trial = std::move(more[static_cast<std::size_t>(i)].second);
     if (trial.summary.status != Status::unusable && plausible_gain(fit_, trial) >= rules::kToldApart)
       grown_.others.push_back({"", std::string(c->term->label), c->term->decider, std::move(trial)});
   };

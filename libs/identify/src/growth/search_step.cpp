@@ -143,7 +143,8 @@ void RotorSearch::try_at_one_instant(Trials& trials) {
     m.trial = fit_about_instant(m.with, m.there);
   };
   const auto weigh = [&](int i) {
-    auto& [k, with, there, trial] = moved[static_cast<std::size_t>(i)];
+    auto& [k, with, there, fitted] = moved[static_cast<std::size_t>(i)];
+    Trial trial = std::move(fitted);  // its motions go with it
     count(trial.fit, with, trial.before);
     if (trial.fit.summary.status != Status::unusable && trial.fit.summary.chi_square < trials.tried[k].chi_square)
       take(trials, k, std::move(trial.fit));
