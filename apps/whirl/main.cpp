@@ -55,7 +55,7 @@ void Session::finish(const Summary& summary) {
   for (const std::string& note : summary.notes) say("note               " + note);
   if (!summary.trust.empty()) say(summary.trust);
   if (summary.status == Status::unusable) {
-    complain("the numbers are not usable", summary.warnings.empty() ? "" : summary.warnings.back());
+    complain("the numbers are not usable", summary.reason);
     exit_code = 1;
   }
 }

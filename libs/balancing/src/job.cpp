@@ -240,17 +240,17 @@ JobPlan read_plan(const io::Settings& s, const VectorConvention& v, std::size_t 
   p.allowed = s.number("plan.allowed_amplitude", readings, 0, 0);
   p.noise = s.number("plan.noise", readings, 0, 0);
   p.slow_roll = s.number("plan.slow_roll_speed", Quantity::angular_velocity, 0, 0);
-  p.holes = static_cast<int>(s.integer("plan.holes", 0, 0, 1000));
-  p.first_hole = s.number("plan.first_hole", Quantity::angle, 0);
-  p.piece = s.number("plan.piece_mass", Quantity::mass, 0, 0);
-  p.hole = s.number("plan.hole_mass", Quantity::mass, 0, 0);
+  p.places.holes = static_cast<int>(s.integer("plan.holes", 0, 0, 1000));
+  p.places.first_hole = s.number("plan.first_hole", Quantity::angle, 0);
+  p.places.piece = s.number("plan.piece_mass", Quantity::mass, 0, 0);
+  p.places.hole = s.number("plan.hole_mass", Quantity::mass, 0, 0);
   p.criterion = criterion_of(s.text("plan.criterion", "", {"", "least-squares", "min-max"}));
   p.drift = drift_of(s.text("plan.drift", "", {"", "automatic", "linear", "none"}));
   p.drop_dependent = s.flag("plan.drop_dependent", false);
-  p.mass = s.number("machine.mass", Quantity::mass, 0, 0);
-  p.radius = s.number("machine.radius", Quantity::displacement, 0, 0);
-  p.grade = s.number("machine.grade", Quantity::dimensionless, 0, 0);
-  p.service_speed = s.number("machine.service_speed", Quantity::angular_velocity, 0, 0);
+  p.rotor.mass = s.number("machine.mass", Quantity::mass, 0, 0);
+  p.rotor.radius = s.number("machine.radius", Quantity::displacement, 0, 0);
+  p.rotor.grade = s.number("machine.grade", Quantity::dimensionless, 0, 0);
+  p.rotor.service_speed = s.number("machine.service_speed", Quantity::angular_velocity, 0, 0);
   return p;
 }
 

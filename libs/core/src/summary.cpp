@@ -12,13 +12,10 @@ void Summary::add(Finding finding, std::string_view because) {
     findings.push_back(std::move(finding));
     return;
   }
-  if (finding.consequence == Consequence::unusable) {
+  if (finding.consequence == Consequence::unusable)
     fail(std::move(said));
-  } else {
+  else
     warn(std::move(said));
-    // What made the numbers unusable stays the last, the reason that is given.
-    if (status == Status::unusable && warnings.size() > 1) std::iter_swap(warnings.end() - 1, warnings.end() - 2);
-  }
   if (finding.consequence != Consequence::warning)
     trust = status == Status::unusable && !trust.empty() && finding.consequence != Consequence::unusable
                 ? trust

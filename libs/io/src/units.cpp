@@ -87,6 +87,8 @@ constexpr std::array kUnits{
     UnitSuffix{"1_s", Q::rate},
     UnitSuffix{"1_s2", Q::rate_squared},
     UnitSuffix{"N_V", Q::force_constant},
+    UnitSuffix{"m2_s2", Q::specific_energy},
+    UnitSuffix{"m2_s3", Q::specific_power},
     // Second readings, found only when the quantity is asked for.
     UnitSuffix{"hz", Q::angular_velocity, kTwoPi},
     UnitSuffix{"Hz", Q::angular_velocity, kTwoPi},

@@ -58,9 +58,7 @@ void say_extrapolation(const identification::DataRange& range, const pages::RunU
   for (const response::RateCurve* c : {&sheet.plan.up, &sheet.plan.down})
     for (const auto& passage : c->passages) largest = std::max(largest, passage.peak);
   const std::string text = range.beyond(largest, sheet.options.from, sheet.options.to);
-  if (text.empty()) return;
-  summary.warnings.insert(summary.warnings.begin(), text);  // the last one is why a plan is not usable
-  if (summary.status == Status::ok) summary.status = Status::warning;
+  if (!text.empty()) summary.warn(text);
 }
 
 void run(const RunupOptions& o, Session& session) {

@@ -228,14 +228,14 @@ identification::IdentifyOptions IdentifyFlags::options(const Recording& like) co
   o.drive.drive = drive;
   o.drive.inertia = inertia;
   o.drive.mass = mass;
-  o.output = output;
-  o.input = input;
+  o.second_order.output = output;
+  o.second_order.input = input;
   if (o.method == identification::Method::sindy) {
     o.sindy = sindy(like);
     if (!library.empty()) o.library = candidate_library(like);
-    for (const std::string& text : bounds) o.bounds.push_back(identification::linear_bound(text));
-    if (least_decay >= 0) o.least_decay = least_decay;
-    o.trapping = trapping;
+    for (const std::string& text : bounds) o.bounds.linear.push_back(identification::linear_bound(text));
+    if (least_decay >= 0) o.bounds.least_decay = least_decay;
+    o.bounds.trapping = trapping;
   }
   o.holdout = no_holdout ? 0 : holdout;
   return o;
@@ -285,9 +285,9 @@ identification::SindyOptions IdentifyFlags::sindy(const Recording& like) const {
   o.inputs = inputs;
   o.order = order == 2 ? 2 : 1;
   o.discrete = discrete;
-  o.window = window;
-  o.t_value = term_t_value;
-  o.max_passes = max_passes;
+  o.search.window = window;
+  o.search.t_value = term_t_value;
+  o.search.max_passes = max_passes;
   o.refine = !no_refine;
   o.solver = solver(o.solver);
   if (o.states.empty()) {
@@ -296,16 +296,16 @@ identification::SindyOptions IdentifyFlags::sindy(const Recording& like) const {
     }
   }
   for (const std::string& text : holds) {
-    for (const auto& [name, value] : by_input(text, inputs)) o.hold[name] = hold_of(value);
+    for (const auto& [name, value] : by_input(text, inputs)) o.timing.hold[name] = hold_of(value);
   }
   for (const std::string& text : dead_times) {
-    for (const auto& [name, value] : by_input(text, inputs)) o.dead_time[name] = seconds_of(value);
+    for (const auto& [name, value] : by_input(text, inputs)) o.timing.dead_time[name] = seconds_of(value);
   }
-  o.find_timing = !no_timing;
+  o.timing.find = !no_timing;
   o.hidden = hidden;
-  o.denominators = expr::split_terms(denominators);
-  for (const std::string& text : known) o.known.push_back(identification::known_equation(text));
-  for (const std::string& text : signs) o.signs.push_back(identification::sign_bound(text));
+  o.equations.denominators = expr::split_terms(denominators);
+  for (const std::string& text : known) o.equations.known.push_back(identification::known_equation(text));
+  for (const std::string& text : signs) o.equations.signs.push_back(identification::sign_bound(text));
   if (library.empty()) o.library = library_terms(o, {degree, fourier, time, trapping, expr::split_terms(term_list)});
   return o;
 }

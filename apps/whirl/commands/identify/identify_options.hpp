@@ -28,7 +28,7 @@ struct IdentifyFlags {
   double least_decay = -1;  ///< of the linear part, 1/s; negative: free
   std::vector<std::string> states, inputs, known, signs, bounds, holds, dead_times;
   std::string library, term_list;
-  int order = 0, degree = 0, fourier = 0, max_passes = identification::SindyOptions{}.max_passes;
+  int order = 0, degree = 0, fourier = 0, max_passes = identification::SindyOptions{}.search.max_passes;
   bool discrete = false, time = false, no_refine = false, stream = false;
   double window = 0, term_t_value = 4;
   bool no_timing = false;

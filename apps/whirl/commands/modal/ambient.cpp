@@ -65,10 +65,7 @@ void run_oma(const AmbientOptions& o, Session& session) {
   modal::OperationalModes found = modal::identify_setups(records, setups_of(o));
   if (o.method != "orders")
     for (const Recording& record : records)
-      if (const std::string said = changing_speed(record); !said.empty()) {
-        found.summary.warnings.insert(found.summary.warnings.begin(), said);  // the last is the reason of a failure
-        if (found.summary.status == Status::ok) found.summary.status = Status::warning;
-      }
+      if (const std::string said = changing_speed(record); !said.empty()) found.summary.warn(said);
   io::Json document = pages::to_json(found);
   document.set("provenance", io::to_json(io::provenance({o.files.begin(), o.files.end()}, session.command_line)));
   session.write_together();

@@ -11,7 +11,7 @@ Growth begin(const std::vector<RotorRecord>& records, const RotorModel& start, c
              const RotorIdentifyOptions& options, Beside beside, double delay) {
   const double main_frequency = std::sqrt(start.k1);
   Growth growth{active, start, delay, hammer_modes(options, main_frequency), {}, {}};
-  if (growth.active.sensor.gain_drift == 0) growth.active.sensor.drift_start = records.front().t0;
+  if (growth.active.probes.start.gain_drift == 0) growth.active.probes.start.drift_start = records.front().t0;
   if (options.terms) growth.terms = candidate_terms(records, main_frequency);
   for (const CandidateMode& c : growth.modes) growth.decays.push_back({{c.mode.omega, c.mode.zeta}});
   double top = 0;

@@ -140,8 +140,8 @@ void RotorSearch::find_second_kind() {
     if (second->after == nullptr || !growth_.active.estimates(second->after()) || growth_.active.estimates(*second))
       continue;
     Growth with = growth_;
-    with.active.sensor = fit_.sensor;
-    second->start(with.active.sensor);
+    with.active.probes.start = fit_.sensor;
+    second->start(with.active.probes.start);
     OutputErrorFit other = fit(with);
     if (other.summary.status != Status::unusable && gain(other, fit_) < rules::kToldApart)
       grown_.others.push_back(

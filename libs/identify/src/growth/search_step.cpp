@@ -39,9 +39,9 @@ double price(const OutputErrorFit& fit, const Growth& growth) {
   constexpr double kTerm = 0.25, kAngle = 1.5, kMode = 0.4;
   constexpr int kAround = 2;  // simulations before the first step and after the last
   const OutputErrorOptions& a = growth.active;
-  const bool turning = a.delay || a.clock_drift || a.profile_degree > 0;
+  const bool turning = a.clock.delay || a.clock.drift || a.clock.profile_degree > 0;
   const double force = fit.substeps * (1 + kTerm * static_cast<double>(a.terms.size()) + (turning ? kAngle : 0));
-  const double modes = kMode * static_cast<double>(growth.start.modes.size()) * (a.poles ? 5 : turning ? 1 : 0);
+  const double modes = kMode * static_cast<double>(growth.start.modes.size()) * (a.modes.poles ? 5 : turning ? 1 : 0);
   return (fit.iterations + kAround) * (force + modes);
 }
 

@@ -207,17 +207,17 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   const Complex eps = model.rotor->eps + (options.unbalance == UnbalanceSource::added ? options.added : Complex(0));
   OutputErrorOptions free;
   free.rotor = false;
-  free.participation = false;
+  free.modes.participation = false;
   free.unbalance = options.unbalance == UnbalanceSource::refitted;
   free.offset = options.refit_offset || record.quantity != Quantity::displacement || !same_sensors;
   free.terms = terms_of(model);
   free.free_terms = false;
-  if (same_sensors) free.sensor = detail::sensor_of(model);
-  if (const Estimate* drift = model.parameter("clock_drift")) free.start_drift = drift->value;
+  if (same_sensors) free.probes.start = detail::sensor_of(model);
+  if (const Estimate* drift = model.parameter("clock_drift")) free.clock.start_drift = drift->value;
   OutputErrorFit fit = follow(record, *model.rotor, free, eps, delay);
   v.after_change = take_as_now(record, *model.rotor, eps, delay, free, fit);
   if (fit.summary.status == Status::unusable) {
-    v.summary.fail(fit.summary.warnings.back());
+    v.summary.fail(fit.summary.reason);
     return v;
   }
   const OutputErrorRecord& run = fit.records[0];

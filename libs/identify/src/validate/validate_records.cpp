@@ -166,13 +166,7 @@ ValidationReport validate(const IdentifiedModel& model, const std::vector<Record
     for (const std::string& n : run.summary.notes) report.summary.notes.push_back(n);
     report.runs.push_back(std::move(run));
   }
-  for (const bool unusable : {false, true}) {  // the last warning is the reason that is given
-    for (const ValidationRun& run : report.runs) {
-      if ((run.summary.status == Status::unusable) != unusable) continue;
-      for (const std::string& w : run.summary.warnings) report.summary.warn(w);
-      if (unusable) report.summary.status = Status::unusable;
-    }
-  }
+  for (const ValidationRun& run : report.runs) report.summary.take(run.summary);
   return report;
 }
 

@@ -229,7 +229,7 @@ AnisotropicStiffness fit_anisotropic_stiffness(const std::vector<DirectedStiffne
     // A table without scatter must not own the fit.
     weight[i] = 1 / std::max({law.k1.sd, 0.1 * mean_sd, 1e-12 * std::abs(law.k1.value)});
     if (law.summary.status == Status::unusable)
-      result.summary.fail(fmt::format("table {}: {}", i + 1, law.summary.warnings.back()));
+      result.summary.fail(fmt::format("table {}: {}", i + 1, law.summary.reason));
   }
   Eigen::Index columns = 3;
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> rank(basis);

@@ -107,7 +107,7 @@ report::Table comparison_table(const identification::MethodComparison& compariso
     if (horizon > 0) cells.push_back(error_cell(held.near));
     cells.push_back(error_cell(held.scores));
     cells.push_back(fmt::format("{:.3g}", 1e3 * fit.seconds));
-    cells.push_back(fit.model.equations.empty() && !s.warnings.empty() ? s.warnings.back() : held.reason);
+    cells.push_back(fit.model.equations.empty() && !s.reason.empty() ? s.reason : held.reason);
     table.add(std::move(cells));
   }
   table.notes = {
