@@ -42,6 +42,7 @@ class Assembler {
     add_actuators();
     add_unbalance();
     observe();
+    system_.free = free_motions();
     return std::move(system_);
   }
 
@@ -192,6 +193,31 @@ class Assembler {
     system_.bodies = MatrixXd::Zero(static_cast<Index>(body_start_.size()), size_);
     for (Index k = 0; k < nodes_; ++k) system_.deflection(k, 2 * k) = system_.slope(k, 2 * k + 1) = 1;
     for (std::size_t b = 0; b < body_start_.size(); ++b) system_.bodies(static_cast<Index>(b), body_start_[b]) = 1;
+  }
+
+  /// Rank of what the supports do to the motions of rigid parts: the shaft moves and tilts, so does each body.
+  int free_motions() const {
+    constexpr double kRounding = 1e-12;
+    const double length = mesh_.nodes.back() - mesh_.nodes.front();
+    MatrixXd rigid = MatrixXd::Zero(size_, 2 + size_ - (body_start_.empty() ? size_ : body_start_.front()));
+    for (Index k = 0; k < nodes_; ++k) {
+      rigid(2 * k, 0) = 1;
+      rigid(2 * k, 1) = mesh_.nodes[static_cast<std::size_t>(k)] / length;
+      rigid(2 * k + 1, 1) = 1 / length;
+    }
+    for (Index j = 2; j < rigid.cols(); ++j) rigid(size_ - rigid.cols() + j, j) = 1;
+    const Index n = rigid.cols();
+    MatrixXd held = MatrixXd::Zero(2 * n, 2 * n);
+    for (const Attachment& s : system_.supports) {
+      const VectorXd moved = rigid.transpose() * s.row;
+      const Eigen::Matrix2d stiffness = s.law.at(0).stiffness;
+      for (Index p = 0; p < 2; ++p)
+        for (Index q = 0; q < 2; ++q) held.block(p * n, q * n, n, n) += stiffness(p, q) * moved * moved.transpose();
+      if (s.tilt.size() == 0) continue;
+      const VectorXd tilted = rigid.transpose() * s.tilt;
+      for (Index p = 0; p < 2; ++p) held.block(p * n, p * n, n, n) += s.tilt_stiffness * tilted * tilted.transpose();
+    }
+    return static_cast<int>(2 * n - Eigen::FullPivLU<MatrixXd>(held).setThreshold(kRounding).rank());
   }
 
   const Rotor& rotor_;

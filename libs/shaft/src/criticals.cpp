@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mode_pairs.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/shaft/modes.hpp"
@@ -48,6 +49,10 @@ std::vector<Critical> criticals_with_supports_at(const System& s, double speed, 
     const double forward = (x + Complex(0, 1) * y).squaredNorm(), backward = (x - Complex(0, 1) * y).squaredNorm();
     const double frequency = std::sqrt(1 / value);
     found.push_back({ratio * frequency, frequency, (forward - backward) / (forward + backward)});
+  }
+  if (s.free > 0 && !found.empty()) {
+    const double bends = found[std::min(found.size() - 1, static_cast<std::size_t>(s.free))].frequency;
+    std::erase_if(found, [&](const Critical& c) { return c.frequency < kRigid * bends; });
   }
   return found;
 }

@@ -44,8 +44,13 @@ Mode observed(const System& s, Complex pole, const VectorXcd& qx, const VectorXc
 }  // namespace
 
 std::vector<Eigenpair> pairs_at(const System& s, double speed, int count) {
-  return s.isotropic(speed) ? lowest_pairs(circular_equations(s, speed), count)
-                            : lowest_pairs(plane_equations(s, speed), count);
+  std::vector<Eigenpair> found = s.isotropic(speed) ? lowest_pairs(circular_equations(s, speed), count + s.free)
+                                                    : lowest_pairs(plane_equations(s, speed), count + s.free);
+  if (s.free == 0 || found.empty()) return found;
+  const double bends = std::abs(found[std::min(found.size() - 1, static_cast<std::size_t>(s.free))].pole);
+  std::erase_if(found, [&](const Eigenpair& p) { return std::abs(p.pole) < kRigid * bends; });
+  if (found.size() > static_cast<std::size_t>(count)) found.resize(static_cast<std::size_t>(count));
+  return found;
 }
 
 Mode mode_of(const System& s, const Eigenpair& p) {
@@ -64,14 +69,19 @@ std::vector<Mode> modes(const System& s, double speed, int count) {
   return list;
 }
 
+bool grows(const System& s, const Mode& m) {
+  // Beside the poles at zero of free motions the others are less exact.
+  const double rounding = s.free > 0 ? 1e-6 : 1e-9;
+  return m.pole.real() > rounding * std::abs(m.pole);
+}
+
 std::optional<Threshold> stability_threshold(const System& system, double from, double to, int count, int steps) {
   const auto worst = [&](double speed) {
     std::vector<Mode> found = modes(system, speed, count);
     return *std::max_element(found.begin(), found.end(),
                              [](const Mode& a, const Mode& b) { return a.pole.real() < b.pole.real(); });
   };
-  // Growth below rounding does not count: an undamped rotor is not unstable.
-  const auto unstable = [](const Mode& m) { return m.pole.real() > 1e-9 * std::abs(m.pole); };
+  const auto unstable = [&](const Mode& m) { return grows(system, m); };
   double low = from;
   for (int k = 0; k <= steps; ++k) {
     double high = from + (to - from) * k / steps;

@@ -47,6 +47,7 @@ VectorXcd synchronous_solution(const System& s, double speed) {
 
 Sag static_sag(const System& s) {
   Sag sag;
+  if (s.free > 0) return sag;
   const Index n = s.size();
   VectorXd load = VectorXd::Zero(2 * n);
   if (!s.vertical) load.tail(n) = -kStandardGravity * s.weight;

@@ -189,5 +189,50 @@ TEST(ShaftReference, TensionRaisesTheFrequency) {
   EXPECT_GT(area, 0);
 }
 
+/// Roots b of cos b cosh b = 1 (free ends) and tan b = tanh b (one end pinned): w = b^2 sqrt(E I / (rho A)) / L^2 of a
+/// thin beam. Motions of the rigid shaft, which nothing holds, are no modes, no critical speeds and no instability.
+TEST(ShaftReference, ShaftsThatHangFreelyOrOnOneBearing) {
+  constexpr double kThin = 0.004;
+  const double wave = std::sqrt(2.1e11 / 7800) * kThin / 4;
+  const struct {
+    int supports, free;
+    std::vector<double> roots;
+  } cases[] = {{0, 4, {4.7300407449, 7.8532046241, 10.9956078380}},
+               {1, 2, {3.9266023120, 7.0685827456, 10.2101761228}}};
+  for (const auto& c : cases) {
+    Rotor r = uniform_shaft(20, ShearModel::none, ElementKind::internal_node);
+    r.sections = {testing::round_section(1, kThin, 0, 20)};
+    r.supports.assign(static_cast<std::size_t>(c.supports), testing::bearing_at(0, testing::diagonal(1e7, 1e7)));
+    const System s = assemble(r);
+    EXPECT_EQ(s.free, c.free);
+    EXPECT_EQ(static_sag(s).y.size(), 0);
+    for (const double speed : {0.0, 200.0}) {
+      const std::vector<Mode> found = modes(s, speed, 6);
+      ASSERT_EQ(found.size(), 6u) << c.supports;
+      for (std::size_t k = 0; k < 6; ++k) {
+        EXPECT_NEAR(found[k].frequency() / (c.roots[k / 2] * c.roots[k / 2] * wave), 1, 2e-4) << speed << " " << k;
+        EXPECT_FALSE(grows(s, found[k])) << speed << " " << k;
+      }
+    }
+    EXPECT_FALSE(stability_threshold(s, 1, 1000));
+    EXPECT_LT(check_mesh(r, 0, 6).worst, 1e-4);
+    const std::vector<Critical> criticals = shaft::criticals(s, 1000);
+    ASSERT_GE(criticals.size(), 2u);
+    EXPECT_NEAR(criticals[0].speed / (c.roots[0] * c.roots[0] * wave), 1, 2e-4);
+  }
+}
+
+/// A stiff rotor that hangs freely precesses with its speed times polar by transverse moment of inertia.
+TEST(ShaftReference, AFreeDiscPrecesses) {
+  Rotor r = uniform_shaft(2, ShearModel::none, ElementKind::internal_node);
+  r.sections = {testing::round_section(0.05, 0.02)};
+  r.discs = {{"disc", 0.025, 20, 0.5, 0.8}};
+  r.supports.clear();
+  const System s = assemble(r);
+  const Mode first = modes(s, 300, 2).front();
+  EXPECT_NEAR(first.frequency() / (300 * 0.8 / 0.5), 1, 1e-3);
+  EXPECT_NEAR(first.direction, 1, 1e-6);
+}
+
 }  // namespace
 }  // namespace whirl::shaft

@@ -154,8 +154,10 @@ TEST(AdviceE2e, UnitsOfAFlagOrAFileAreDoubted) {
       "[[bearing]]\nposition_mm = 50\nstiffness_N_m = 1e6\n[[bearing]]\nposition_mm = 750\nstiffness_N_m = 1e6\n";
   folder.write("thin.toml", fmt::format(fmt::runtime(shaft), "mm", 0.02, "kgm2"));
   Outcome o = folder.whirl("rotor modes thin.toml");
-  EXPECT_EQ(o.exit_code, 1) << o.out;
+  EXPECT_EQ(o.exit_code, 2) << o.out;
   EXPECT_NE(o.err.find("under its own weight: is a length in mm given as m?"), std::string::npos) << o.err;
+  for (const char* command : {"response", "criticals", "campbell", "run --from-rpm 100 --seconds 5"})
+    EXPECT_EQ(folder.whirl(fmt::format("rotor {} thin.toml --to-rpm 3000", command)).err, o.err) << command;
   folder.write("unit.toml", fmt::format(fmt::runtime(shaft), "mm", 20, "kgmm2"));
   o = folder.whirl("rotor modes unit.toml");
   EXPECT_NE(o.err.find("transverse_kgmm2 = 0.012: unknown unit; allowed units: kgm2"), std::string::npos) << o.err;

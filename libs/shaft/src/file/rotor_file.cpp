@@ -11,6 +11,7 @@
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/settings.hpp"
+#include "whirl/shaft/response.hpp"
 
 namespace whirl::shaft {
 namespace {
@@ -72,10 +73,24 @@ class RotorReader {
     CentrifugeSetup centrifuge = read_centrifuge(s_, rotor_);
     s_.finish();
     check(rotor_);
+    check_sag();
     return {std::move(rotor_), std::move(fit), std::move(centrifuge)};
   }
 
  private:
+  /// No rotor sags by its own length: a diameter or a length is in another unit than the key says.
+  void check_sag() const {
+    if (rotor_.vertical) return;
+    const System system = assemble(rotor_);
+    const double length = system.nodes.back() - system.nodes.front();
+    const Sag sag = static_sag(system);
+    if (sag.y.size() > 0 && sag.y.cwiseAbs().maxCoeff() > length)
+      throw s_.error("section[0]",
+                     fmt::format("the shaft of {:.3g} m sags by {:.3g} m under its own weight: is a length "
+                                 "in mm given as m? A vertical shaft needs vertical = true",
+                                 length, sag.y.cwiseAbs().maxCoeff()));
+  }
+
   /// `table.name_SUFFIX`; at most one of the suffixes.
   std::optional<double> find(const std::string& path, std::span<const RotorUnit> units, double low, double high) const {
     std::optional<double> value;

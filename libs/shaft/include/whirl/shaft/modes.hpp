@@ -33,6 +33,9 @@ struct CampbellPoint {
 /// Modes over speed; lines are continued by their shapes, through crossings.
 std::vector<CampbellPoint> campbell(const System& system, const std::vector<double>& speeds, int count);
 
+/// Whether a mode grows by more than rounding: an undamped rotor is not unstable.
+bool grows(const System& system, const Mode& mode);
+
 /// Whether the stiffness at a speed brings the rotor back to its place. With a negative stiffness of magnets it may
 /// not: the rotor then falls away without oscillating, which no frequency shows.
 bool returns_to_place(const System& system, double speed);

@@ -36,6 +36,7 @@ struct System {
   Eigen::MatrixXd bodies;      ///< bodies x coordinates: deflection of their centres
   Eigen::MatrixXd actuators;   ///< actuators x coordinates: deflection of what is pushed from what carries it
   bool vertical = false;
+  int free = 0;  ///< motions of rigid parts, in both planes, that no support holds: 4 of a shaft that hangs on strings
 
   Eigen::Index size() const { return mass.rows(); }
   /// Station nearest to a position.
