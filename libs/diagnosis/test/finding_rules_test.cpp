@@ -167,6 +167,17 @@ TEST(FindingRules, AWhipIsALineOfFixedFrequencyThatOnlyHighSpeedsHave) {
   }
 }
 
+// Two lines that blocks of 64 turns do not tell apart: a flat top with 1.4 % less at half the speed, or a third.
+TEST(FindingRules, AFlatTopThatReachesHalfTheSpeedIsNoWhirl) {
+  constexpr double kApart = 1.25 / 64;
+  for (const double middle : {0.4945, 0.488}) {
+    Written w(256, 50, 50, 0.02, [&](double turn, double) {
+      return wave(turn) + 0.3 * wave((middle - kApart / 2) * turn) + 0.3 * wave((middle + kApart / 2) * turn);
+    });
+    EXPECT_EQ(w.subsynchronous() == nullptr, middle == 0.4945) << middle;
+  }
+}
+
 // Far above the noise a line at half the speed leaks beside it: two hundredths of the likelihood decide.
 TEST(FindingRules, ALineAtHalfTheSpeedIsNoWhirlHoweverLargeItIs) {
   for (const double size : {0.1, 1.0, 10.0, 100.0}) {
