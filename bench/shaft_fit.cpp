@@ -1,8 +1,8 @@
 // Promises of `whirl rotor fit` on rotors that its library does not make (testing/shaft/shaft_rig.hpp): median errors,
 // coverage of the intervals, what is named as not identifiable, verdict on a wrong drawing, virtual probe, time.
 //     bench_shaft_fit ROW FILE [RUNS [FIRST_SEED]]
-// ROW: two, tolerated, unstated, linear, first, first-linear. Each rotor is a line of FILE; what it holds is not run
-// again.
+// ROW: two, tolerated, unstated, linear, first, first-linear; two-alone, first-alone: one run, no trial mass. Each
+// rotor is a line of FILE; what it holds is not run again.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -30,7 +30,8 @@ Row row_of(const std::string& name) {
   if (name == "tolerated" || name == "unstated") row.population.errors = errors;
   row.stated = name == "tolerated";
   row.linear = row.population.linear = name == "linear" || name == "first-linear";
-  row.population.second_critical = name != "first" && name != "first-linear";
+  row.population.second_critical = !name.starts_with("first");
+  row.population.trial = !name.ends_with("alone");
   return row;
 }
 

@@ -45,6 +45,8 @@ Option* Option::one_of_numbers(const std::vector<int>& values) {
 }
 Option* Option::range(double low, double high) {
   state_->option->check(between(low, high));
+  if (const auto& names = state_->option->get_lnames(); !names.empty() && names.back().ends_with("-deg"))
+    state_->option->check(degrees());
   return this;
 }
 Option* Option::positive() {

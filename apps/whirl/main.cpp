@@ -55,7 +55,7 @@ void Session::finish(const Summary& summary) {
   for (const std::string& note : summary.notes) say("note               " + note);
   if (!summary.trust.empty()) say(summary.trust);
   if (summary.status == Status::unusable) {
-    complain("the numbers are not usable", summary.warnings.empty() ? "" : summary.warnings.back());
+    complain("the numbers are not usable", summary.reason);
     exit_code = 1;
   }
 }
@@ -76,10 +76,15 @@ void Session::progress(const std::string& what, double fraction) {
   std::fflush(stderr);
 }
 
+constexpr const char* kPaper =
+    "\n\nThe paper: Piramoon, Ayoubi, Bashash, IEEE Access 2024, doi 10.1109/ACCESS.2024.3449913; "
+    "docs/paper-errata.md.";
+
 CommandLine* add_command(CommandLine& app, Session& session, const std::string& name, const std::string& summary,
                          const std::string& details, std::function<void()> run) {
   CommandLine* sub = app.add_subcommand(name, summary);
-  sub->footer(details);
+  const bool cites = summary.find("paper") != std::string::npos || details.find("paper") != std::string::npos;
+  sub->footer(details + (cites ? kPaper : ""));
   sub->add_flag("--json", session.json, "print the result as JSON on stdout");
   sub->add_flag("--quiet", session.quiet, "no progress on stderr");
   sub->callback([sub, &session, run = std::move(run)] {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <numbers>
 
 #include "whirl/core/names.hpp"
 #include "whirl/io/units.hpp"
@@ -87,11 +88,28 @@ CLI::Validator whole_number(bool negative, bool several) {
 CLI::Validator between(double low, double high) {
   return {[low, high](std::string& text) {
             const auto value = number_in(text);
+            const bool percent = value && high <= 1 && *value > 1 && *value <= 100;
             return value && *value >= low && *value <= high
                        ? ""
-                       : refused(text, fmt::format("between {:g} and {:g}", low, high));
+                       : refused(text, fmt::format("between {:g} and {:g}{}", low, high,
+                                                   percent ? fmt::format(": {0:g} % is {1:g}", *value, *value / 100)
+                                                           : std::string()));
           },
           high <= 1e5 ? fmt::format("[{:g} to {:g}]", low, high) : ""};  // wider ones only keep nonsense out
+}
+
+CLI::Validator degrees() {
+  return {[](std::string& text) -> std::string {
+            constexpr double kStep = 15;  // deg: what angles are mostly stated in
+            const auto value = number_in(text);
+            const std::size_t point = text.find('.');
+            if (!value || point == std::string::npos || text.size() < point + 4 || std::abs(*value) > 6.3) return "";
+            const double said = *value * 180 / std::numbers::pi, whole = kStep * std::round(said / kStep);
+            const double digits = std::pow(10.0, -static_cast<double>(text.size() - point - 1));
+            if (whole == 0 || std::abs(*value - whole * std::numbers::pi / 180) > digits) return "";
+            return refused(text, fmt::format("in degrees: {} rad is {:g} deg", text, whole));
+          },
+          ""};
 }
 
 CLI::Validator positive_number() {
@@ -143,6 +161,8 @@ int say_misused(const CLI::ParseError& error, const CLI::App& app) {
     const std::size_t at = text.find(" is required");
     return say(at == std::string::npos ? text : text.substr(0, at) + " is missing", app, true);
   }
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr && text.find("At Most 1") != std::string::npos)
+    return say(name + ": given more than once", app, true);
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr && text.find("missing") != std::string::npos)
     return say(name + ": its value is missing", app, true);
   if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {

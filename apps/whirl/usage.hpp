@@ -17,6 +17,9 @@ CLI::Validator finite_number(bool several);
 CLI::Validator whole_number(bool negative, bool several);
 CLI::Validator between(double low, double high);
 CLI::Validator positive_number();
+/// Refuses three decimals or more that are a multiple of 15 degrees in radians ("1.5708"). Of angles drawn evenly over
+/// a turn and written with three decimals one in 7000 is.
+CLI::Validator degrees();
 CLI::Validator member(const std::vector<std::string>& choices);
 CLI::Validator file_that_exists();
 

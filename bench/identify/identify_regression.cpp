@@ -89,7 +89,8 @@ void lasso_path_cv_two_equations(benchmark::State& state) {
     for (int k = 0; k < 2; ++k) {
       const regression::Problem p = sums.problem(k);
       benchmark::DoNotOptimize(
-          regression::solve(p, {.method = "lasso", .selection = regression::Selection::cv, .debias = true}).xi);
+          regression::solve(p, {.method = "lasso", .selection = regression::Selection::cv, .lasso = {.debias = true}})
+              .xi);
       benchmark::DoNotOptimize(regression::solve(p, {.method = "lspl"}).xi);
     }
   }
@@ -100,7 +101,8 @@ void hundred_bootstraps(benchmark::State& state) {
     regression::GramAccumulator sums(theta.cols(), 6, 300);
     sums.add(theta, rotor_b().targets);
     for (int k = 0; k < 6; ++k) {
-      benchmark::DoNotOptimize(regression::solve(sums.problem(k), {.method = "ensemble", .resamples = 100}).xi);
+      benchmark::DoNotOptimize(
+          regression::solve(sums.problem(k), {.method = "ensemble", .ensemble = {.resamples = 100}}).xi);
     }
   }
 }

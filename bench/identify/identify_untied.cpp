@@ -53,10 +53,10 @@ int main(int argc, char** argv) {
                                                "y", "y'", "w",  "w^2",        "sin(b)",     "cos(b)"};
         o.library = forcing;
         if (radial) {
-          o.library_of["x''"] = forcing;
-          o.library_of["x''"].push_back("x*(x^2+y^2)");
-          o.library_of["y''"] = forcing;
-          o.library_of["y''"].push_back("y*(x^2+y^2)");
+          o.equations.library_of["x''"] = forcing;
+          o.equations.library_of["x''"].push_back("x*(x^2+y^2)");
+          o.equations.library_of["y''"] = forcing;
+          o.equations.library_of["y''"].push_back("y*(x^2+y^2)");
         } else {
           for (const char* f : {"x^3", "x*y^2", "x^2*y", "y^3"}) o.library.push_back(f);
         }

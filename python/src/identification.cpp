@@ -29,13 +29,13 @@ Identification identify_any(const std::vector<Recording>& records, const std::st
   options.sindy.order = order;
   options.sindy.library = std::move(library);
   options.sindy.discrete = discrete;
-  options.sindy.dead_time = dead_time;
+  options.sindy.timing.dead_time = dead_time;
   options.sindy.hidden = hidden;
-  options.sindy.denominators = std::move(denominators);
-  for (const auto& [input, name] : hold) options.sindy.hold[input] = hold_of(name);
-  for (const std::string& text : bounds) options.bounds.push_back(linear_bound(text));
-  options.least_decay = least_decay;
-  options.trapping = trapping;
+  options.sindy.equations.denominators = std::move(denominators);
+  for (const auto& [input, name] : hold) options.sindy.timing.hold[input] = hold_of(name);
+  for (const std::string& text : bounds) options.bounds.linear.push_back(linear_bound(text));
+  options.bounds.least_decay = least_decay;
+  options.bounds.trapping = trapping;
   options.holdout = holdout;
   options.progress = [&](const std::string& what, double fraction) {
     stop_when_interrupted();

@@ -49,7 +49,7 @@ ControllerDesign design_controller(const IdentifiedModel& model, const Plant& pl
   options.fixed = std::move(fixed);
   options.evaluations = evaluations;
   options.seed = seed;
-  options.progress = [&](const tuning::DesignProgress& p) {
+  options.progress.tuning = [&](const tuning::DesignProgress& p) {
     stop_when_interrupted();
     if (!progress) return;
     const py::gil_scoped_acquire lock;

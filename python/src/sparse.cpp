@@ -96,21 +96,21 @@ regression::SolveOptions solve_options(const py::kwargs& settings) {
     else if (name == "ridge")
       o.ridge = value.cast<double>();
     else if (name == "lambda_")
-      o.lambda = value.cast<double>();
+      o.lasso.lambda = value.cast<double>();
     else if (name == "max_terms")
       o.max_terms = value.cast<int>();
     else if (name == "t_value")
       o.t_value = value.cast<double>();
     else if (name == "resamples")
-      o.resamples = value.cast<int>();
+      o.ensemble.resamples = value.cast<int>();
     else if (name == "inclusion")
-      o.inclusion = value.cast<double>();
+      o.ensemble.inclusion = value.cast<double>();
     else if (name == "base")
-      o.base = value.cast<std::string>();
+      o.ensemble.base = value.cast<std::string>();
     else if (name == "seed")
-      o.seed = value.cast<std::uint64_t>();
+      o.ensemble.seed = value.cast<std::uint64_t>();
     else if (name == "sign")
-      o.sign = value.cast<std::vector<int>>();
+      o.rules.sign = value.cast<std::vector<int>>();
     else
       throw Error::in_field("option", name,
                             "method, threshold, ridge, lambda_, max_terms, t_value, resamples, "
@@ -196,7 +196,7 @@ void bind_sparse(py::module_& m) {
           options.inputs = inputs;
           options.library = library;
           options.discrete = discrete;
-          options.find_timing = false;  // what predicts here takes inputs as they stand
+          options.timing.find = false;  // what predicts here takes inputs as they stand
           const py::gil_scoped_release unlocked;
           return identification::fit_sindy(records, options);
         });

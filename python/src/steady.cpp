@@ -35,9 +35,9 @@ py::object solved_job(const std::filesystem::path& runs, const std::string& phas
   options.criterion = balancing::criterion_of(criterion);
   options.limit = limit_gram * 1e-3;
   options.noise = noise_um * 1e-6;
-  options.prior = prior;
-  options.mass = mass_kg;
-  options.radius = radius_mm * 1e-3;
+  options.prior.from = prior;
+  options.rotor.mass = mass_kg;
+  options.rotor.radius = radius_mm * 1e-3;
   io::Json document;
   {
     const py::gil_scoped_release unlocked;

@@ -18,7 +18,7 @@ using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 /// The quantity of a channel by the SI unit that Python names, e.g. "m" or "rad/s"; "" and "1" have none.
 Quantity quantity_of(const std::string& unit) {
   if (unit.empty() || unit == "1") return Quantity::dimensionless;
-  for (int q = 0; q <= static_cast<int>(Quantity::force_constant); ++q) {
+  for (int q = 0; q <= static_cast<int>(Quantity::specific_power); ++q) {
     if (si_unit(static_cast<Quantity>(q)) == unit) return static_cast<Quantity>(q);
   }
   throw Error::in_field("unit", unit, "an SI unit such as m, m/s, m/s^2, N, rad, rad/s, V, s or 1");
@@ -198,6 +198,7 @@ void bind_summary(py::module_& m) {
       .def_readonly("chi_square", &Summary::chi_square, "whitened residual variance: 1 when the model fits")
       .def_readonly("trust", &Summary::trust, "what the result may be trusted for")
       .def_readonly("warnings", &Summary::warnings)
+      .def_readonly("reason", &Summary::reason, "why the numbers must not be used; empty unless unusable")
       .def_readonly("findings", &Summary::findings, "list of Finding: what later steps decide on")
       .def_property_readonly("trusted", [](const Summary& s) { return s.distrust() == nullptr; })
       .def_property_readonly("usable", [](const Summary& s) { return s.status != Status::unusable; })

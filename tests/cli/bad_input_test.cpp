@@ -61,6 +61,52 @@ TEST(BadInputE2e, EveryWrongCallEndsWithCodeTwoAndOneClearSentence) {
   }
 }
 
+// A column of the right name in a wrong unit: volts are no newtons, grams of force no grams.
+TEST(BadInputE2e, EveryTableSaysByQuantityWhatItTakes) {
+  const Folder folder;
+  const auto balance = [&](const std::string& name, const std::string& header) {
+    folder.write(name, "run_1," + header + "\n1,1500,50,40,0,0\n2,1500,60,110,10,0\n3,1500,50,41,0,0\n");
+  };
+  folder.write("kg.csv", "deflection_mm,force_kg\n0,0\n0.2,0.21\n0.4,0.43\n0.6,0.65\n");
+  folder.write("V.csv", "deflection_V,force_N\n0,0\n0.2,2.1\n0.4,4.3\n0.6,6.5\n");
+  balance("N.csv", "speed_rpm,A_amp_um,A_phase_deg,P_mass_N,P_angle_deg");
+  balance("um.csv", "speed_rpm,A_amp_um,A_phase_um,P_mass_gram,P_angle_deg");
+  balance("mm.csv", "speed_mm,A_amp_um,A_phase_deg,P_mass_gram,P_angle_deg");
+  balance("hz.csv", "speed_Hz,A_amp_um,A_phase_deg,P_mass_gram,P_angle_deg");
+  folder.write("sine_kg.csv", "frequency_Hz,force_kg,amplitude_mm,phase_deg\n17,5,1,-4\n18,5,2,-9\n");
+  folder.write("sine_s.csv", "frequency_s,force_N,amplitude_mm,phase_deg\n17,5,1,-4\n18,5,2,-9\n");
+  folder.write("amp.csv", "rpm,amp_1x_kg,phase_1x_deg\n600,1,0\n700,2,1\n800,3,2\n");
+  folder.write("speed.csv", "speed_mm,amp_1x_um,phase_1x_deg\n600,1,0\n700,2,1\n800,3,2\n");
+  std::string swept = "t_s,force_V,x_mm\n", turns = "t_s,x_mm,y_mm,beta_mm\n";
+  for (int i = 0; i < 600; ++i) {
+    swept += std::to_string(1e-3 * i) + "," + std::to_string(i % 7) + "," + std::to_string(i % 5) + "\n";
+    turns += std::to_string(1e-3 * i) + "," + std::to_string(i % 7) + ",1," + std::to_string(0.1 * i) + "\n";
+  }
+  folder.write("swept.csv", swept), folder.write("turns.csv", turns);
+  const BadCall calls[] = {
+      {"stiffness kg.csv", "kg.csv:1: column 'force_kg' is a mass, must be a force; allowed units: N"},
+      {"stiffness V.csv", "column 'deflection_V' is a voltage, must be a displacement"},
+      {"balance N.csv --angles against", "N.csv:1: column 'P_mass' is a force, must be a mass; allowed units: kg"},
+      {"balance um.csv", "column 'A_phase' is a displacement, must be an angle; allowed units: rad"},
+      {"balance mm.csv", "column 'speed' is a displacement, must be an angular velocity"},
+      {"sine sine_kg.csv", "column 'force_kg' is a mass, must be a force"},
+      {"sine sine_s.csv", "column 'frequency_s' is a time, must be a frequency"},
+      {"transient amp.csv", "column 'amp_1x' is a mass, must be a displacement"},
+      {"transient speed.csv", "column 'speed' is a displacement, must be an angular velocity"},
+      {"transient amp.csv --amplitude-column amp_1x", "column 'amp_1x' is a mass, must be a displacement"},
+      {"sine swept.csv", "column 'force' is a voltage, must be a force"},
+      {"plot turns.csv --what bode", "beta is a displacement, must be an angle"},
+      {"plot amp.csv --what bode", "column 'amp_1x' is a mass, must be a displacement"},
+  };
+  for (const BadCall& call : calls) {
+    const Outcome outcome = folder.whirl(call.arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << call.arguments << "\n" << outcome.err;
+    EXPECT_NE(outcome.err.find(call.message), std::string::npos) << call.arguments << "\n" << outcome.err;
+  }
+  const Outcome hertz = folder.whirl("balance hz.csv --phase lag --amplitude pp --angles against");
+  EXPECT_NE(hertz.out.find("90000 rpm"), std::string::npos) << hertz.out << hertz.err;
+}
+
 TEST(BadInputE2e, InfoShowsGapsInPlaceOfRefusingThem) {
   const Folder folder;
   std::string text = "t_s,x_mm,y_mm\n";

@@ -1,6 +1,9 @@
 // What the program says to a command line that it cannot follow: one sentence, code 2, nothing written.
+
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -94,6 +97,7 @@ TEST(MisuseE2e, EveryWrongWordIsNamedWithWhatIsAllowed) {
       {"run controller.json --fmu none.fmu", "--fmu = none.fmu: must be a file that is there"},
       {"identify record.csv --degree 3 --library system.toml", "give one of them"},
       {"design model.json --mass-kg 1.5 --stiffness stiff.json", "give one of them"},
+      {"simulate model.json --from-rpm 300 --to-rpm 1500", "--seconds is missing"},
   };
   for (const auto& [call, part] : calls) expect_refused(folder.whirl(call), call, part);
 }
@@ -125,6 +129,30 @@ TEST(MisuseE2e, FlagsThatWouldDoNothingAreRefused) {
   };
   for (const auto& [call, part] : calls) expect_refused(folder.whirl(call), call, part);
   EXPECT_FALSE(std::filesystem::exists(folder / "new.json"));
+}
+
+// A speed in Hz, a run taken for ambient motion, a plan that no rate keeps: said, with what to do or why.
+TEST(MisuseE2e, WhatIsPossibleButUnlikelyIsDoubted) {
+  const Folder folder;
+  copy_made(folder);
+  const Outcome report = folder.whirl("report record.csv --service-rpm 25 --out r.html");
+  EXPECT_NE(report.err.find("is the service speed in Hz (1500 rpm)?"), std::string::npos) << report.err;
+  const Outcome ambient = folder.whirl("oma record.csv");
+  EXPECT_NE(ambient.err.find("`whirl transient record.csv` takes modes from"), std::string::npos) << ambient.err;
+  // A machine in operation, whose speed wanders by 3 %, is no run.
+  std::string wanders = "t_s,x_um,beta_rad\n";
+  for (int i = 0; i < 8000; ++i) {
+    const double t = 2e-3 * i, beta = 157 * (t - 0.03 / 2 * std::cos(2 * t));
+    wanders += fmt::format("{:.4f},{:.4f},{:.6f}\n", t, std::sin(beta) + std::sin(1.0 * i * i), beta);
+  }
+  folder.write("wanders.csv", wanders);
+  const Outcome operation = folder.whirl("oma wanders.csv");
+  EXPECT_NE(operation.exit_code, 2) << operation.err;
+  EXPECT_EQ(operation.err.find("the speed changes"), std::string::npos) << operation.err;
+  EXPECT_NE(folder.whirl("transient record.csv").exit_code, 2);
+  const Outcome plan = folder.whirl("runup model.json --from-rpm 300 --to-rpm 1900 --limit-mm 0.0001");
+  EXPECT_EQ(plan.exit_code, 1) << plan.err;
+  EXPECT_NE(plan.err.find("not usable: run-"), std::string::npos) << plan.err;
 }
 
 // Values at which nothing moves, beyond what a record shows, or too small for its samples.

@@ -90,17 +90,13 @@ TEST(OutputsE2e, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
   copy_made(folder);
   fs::create_directory(folder / "sub");
   folder.write("file", "x");
-  struct Case {
-    const char* out;
-    const char* reason;
-  };
   for (const Call& call : kCalls) {
-    for (const Case& c : {Case{"nowhere/out.csv", "no folder nowhere"}, Case{"sub", "is a folder"},
-                          Case{"file/out.csv", "no folder"}}) {
-      const Outcome outcome = folder.whirl(with_output(call.arguments, c.out));
-      EXPECT_EQ(outcome.exit_code, 2) << call.arguments << " with " << c.out;
-      EXPECT_NE(outcome.err.find(c.reason), std::string::npos) << call.arguments << " with " << c.out << "\n"
-                                                               << outcome.err;
+    for (const auto& [out, reason] :
+         {std::pair{"nowhere/out.csv", "no folder nowhere"}, {"sub", "is a folder"}, {"file/out.csv", "no folder"}}) {
+      const Outcome outcome = folder.whirl(with_output(call.arguments, out));
+      EXPECT_EQ(outcome.exit_code, 2) << call.arguments << " with " << out;
+      EXPECT_NE(outcome.err.find(reason), std::string::npos) << call.arguments << " with " << out << "\n"
+                                                             << outcome.err;
       EXPECT_EQ(outcome.out, "") << call.arguments;
     }
   }

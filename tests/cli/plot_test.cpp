@@ -308,7 +308,7 @@ TEST(PlotE2e, TheCsvOfEveryFigureIsReadAgain) {
   const auto vectors = column(folder / "bode.csv", "x: 1X amplitude");
   for (const char* plane : {"polar", "nyquist"}) {
     EXPECT_EQ(column(folder / (std::string(plane) + ".csv"), "x: 1X amplitude"), vectors);
-    const Outcome modes = folder.whirl("transient " + std::string(plane) + ".csv --modes 1");
+    const Outcome modes = folder.whirl("transient " + std::string(plane) + ".csv --modes 1 --steady");
     EXPECT_EQ(modes.exit_code, 0) << modes.err;
     EXPECT_EQ(folder.whirl("plot " + std::string(plane) + ".csv --what bode --out again.svg --force").exit_code, 0);
   }

@@ -142,6 +142,9 @@ TEST_F(RobustnessE2e, ARunTellsWhetherTheSlidingBoundHolds) {
   const Outcome low = folder.whirl("run sliding.json --added-mass-g 5 --sliding v.csv --sliding-figure v.svg --json");
   EXPECT_EQ(low.exit_code, 1) << low.out << low.err;
   EXPECT_NE(low.out.find("\"sliding_bound_missed\""), std::string::npos) << low.out;
+  const Outcome read = folder.whirl("info v.csv");
+  EXPECT_EQ(read.exit_code, 0) << read.err;
+  EXPECT_NE(read.out.find("specific energy"), std::string::npos) << read.out;
   const io::Json told = io::parse_json(low.out, "run");
   const io::Json& sliding = *told.find("sliding");
   EXPECT_FALSE(*sliding.find("holds")->get<bool>());

@@ -2,7 +2,7 @@
 """The tree against docs/architecture.md: folders, include direction, sizes of folders and functions, format,
 what .clang-tidy asks of the public headers, the API reference.
 
-Usage: check.py SOURCE_DIR tree|includes|folders|functions|decisions|units|format|tidy|api     exit code 1 and one line per deviation
+Usage: check.py SOURCE_DIR tree|includes|folders|functions|decisions|options|units|format|tidy|api     exit code 1 and one line per deviation
 """
 import pathlib
 import re
@@ -14,6 +14,7 @@ import tempfile
 # What a reader takes in at once.
 FOLDER_LIMIT = 24
 FUNCTION_LIMIT = 80
+OPTION_LIMIT = 12
 # Functions that were longer when the limit was set. Both numbers may be lowered, not raised.
 LONG_FUNCTIONS, LONGEST = 0, 80
 
@@ -142,6 +143,33 @@ def decisions(root):
     return wrong
 
 
+def members(body):
+    """Names of the data members of a struct, without those of its functions."""
+    flat, depth = "", 0
+    for c in re.sub(r"//[^\n]*", "", body):
+        depth += (c == "{") - (c == "}")
+        flat += c if depth == 0 and c != "}" else ""
+    names = []
+    for statement in flat.split(";"):
+        statement = re.sub(r"=\s*[^,]*", "", statement)
+        while re.search(r"<[^<>]*>", statement):
+            statement = re.sub(r"<[^<>]*>", "", statement)
+        if "(" not in statement and not re.match(r"\s*(using|static|struct|enum|friend|bool operator)\b", statement):
+            names += [name for part in statement.split(",") for name in re.findall(r"(\w+)\s*$", part)]
+    return names
+
+
+def options(root):
+    """What a caller may set, in the headers of users: a dozen fields a struct, what is rarely set in one of its own."""
+    wrong = []
+    for file in tracked(root):
+        if re.match(r"libs/\w+/include/.*\.hpp$", file):
+            for name, body in re.findall(r"^struct (\w*(?:Options|Settings))\b[^;{]*\{(.*?)^\};", (root / file).read_text(), re.M | re.S):
+                if len(members(body)) > OPTION_LIMIT:
+                    wrong.append(f"{file}: {name} has {len(members(body))} fields, at most {OPTION_LIMIT}: nest those that are rarely set")
+    return wrong
+
+
 def units(root):
     """The unit of a figure's axis comes from its quantity, or from report/units.hpp: no literal in the code that draws."""
     literal = re.compile(r'\{"(nm|µm|um|mm|m|mil|mm/s|m/s|m/s²|g|N|kN|Hz|kHz|rpm|rpm/s|rad/s|°|deg|%|s|ms|dB|V)", *[0-9k(]')
@@ -198,8 +226,8 @@ def api(root):
 
 def main():
     root = pathlib.Path(sys.argv[1])
-    check = {"tree": tree, "includes": includes, "folders": folders, "functions": functions, "decisions": decisions, "units": units, "format": form,
-             "tidy": tidy, "api": api}
+    check = {"tree": tree, "includes": includes, "folders": folders, "functions": functions, "decisions": decisions, "options": options,
+             "units": units, "format": form, "tidy": tidy, "api": api}
     wrong = check[sys.argv[2]](root)
     print("\n".join(wrong))
     return 1 if wrong else 0

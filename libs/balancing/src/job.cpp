@@ -9,9 +9,11 @@
 #include <map>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/nan.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/remarks.hpp"
 #include "whirl/io/settings.hpp"
 #include "whirl/io/units.hpp"
 
@@ -49,7 +51,7 @@ std::vector<std::string> pairs(const io::Table& table, const std::string& first,
   for (const Channel& c : table.columns) {
     if (!c.name.ends_with(first)) continue;
     names.push_back(c.name.substr(0, c.name.size() - first.size()));
-    table.at(names.back() + second);
+    if (second != first) table.in(names.back() + second, Quantity::angle);
   }
   for (const Channel& c : table.columns)
     if (c.name.ends_with(second)) table.at(c.name.substr(0, c.name.size() - second.size()) + first);
@@ -77,7 +79,7 @@ Quantity reading_quantity(const std::string& path, const io::Table& table, const
 /// Refuses a header in which a column of a balancing table lacks its unit, with the name that it wants.
 void require_units(const std::string& path, const std::string& text) {
   constexpr std::pair<std::string_view, std::string_view> kEndings[] = {
-      {"_amp", "_um (or _mil, _mm_s, _in_s, _g, _m_s2)"},
+      {"_amp", "_um (or _mil, _mm_s, _in_s, _g, _m_s2); peak, pp or rms is stated by --amplitude"},
       {"_phase", "_deg (or _rad)"},
       {"_mass", "_gram (or _kg)"},
       {"_angle", "_deg (or _rad)"}};
@@ -85,9 +87,18 @@ void require_units(const std::string& path, const std::string& text) {
   for (std::size_t begin = 0; begin <= header.size();) {
     const std::size_t end = std::min(header.find_first_of(",;\t", begin), header.size());
     const std::string_view name = std::string_view(header).substr(begin, end - begin);
-    for (const auto& [ending, unit] : kEndings)
-      if (name.ends_with(ending))
-        throw Error::in_file(path, 1, fmt::format("column '{0}' needs a unit: {0}{1}", name, unit));
+    if (name == "run" && header.find("_amp") != header.npos)
+      throw Error::in_file(path, 1, "column 'run' needs a unit: run_1");
+    for (const auto& [ending, unit] : kEndings) {
+      const std::size_t at = name.rfind(ending), behind = at + ending.size();
+      const bool other = at != std::string_view::npos && behind < name.size() && name[behind] == '_' &&
+                         io::split_unit(name).unit == nullptr;
+      if (name.ends_with(ending) || other)
+        throw Error::in_file(path, 1,
+                             fmt::format("column '{}' needs a unit: {}{}", name, name.substr(0, behind), unit));
+    }
+    if (header.find("run_1") != header.npos && !name.empty() && io::split_unit(name).unit == nullptr)
+      throw Error::in_file(path, 1, "column " + io::unit_problem(name));
     begin = end + 1;
   }
 }
@@ -125,6 +136,23 @@ void fill_empty_masses(const std::string& path, io::Table& table, const std::vec
                                  "and angle 0, or both cells empty");
 }
 
+/// Says where phases headed as degrees are radians by their size: four or more that lie anywhere on a circle come so
+/// close to zero once in a million jobs.
+void doubt_degrees(const io::Table& table, const std::string& header, const std::vector<std::string>& probes) {
+  long readings = 0;
+  for (const std::string& probe : probes) {
+    if (unit_written(header, probe + "_phase") != "deg") return;
+    for (const double phase : table[probe + "_phase"] / kRadPerDegree) {
+      if (std::abs(phase) > kTwoPi || std::abs(phase - std::round(phase)) < 1e-9) return;
+      ++readings;
+    }
+  }
+  if (readings >= 4)
+    io::remark(table.source,
+               fmt::format("all {} phases lie within 6.28 deg of 0: are they in rad (a header {}_phase_rad)?", readings,
+                           probes.front()));
+}
+
 RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
   io::CsvOptions one_run;  // as found, beside a prior
   one_run.min_samples = 1;
@@ -139,16 +167,20 @@ RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
     throw Error(path +
                 ": a balancing table has columns PROBE_amp_um, PROBE_phase_deg, PLANE_mass_gram and "
                 "PLANE_angle_deg, and run_1");
+  for (const std::string& plane : raw.planes) table.in(plane + "_mass", Quantity::mass);
   fill_empty_masses(path, table, raw.planes);
   raw.quantity = reading_quantity(path, table, raw.probes);
-  raw.unit = unit_written(io::read_text(path), raw.probes.front() + "_amp");
-  const Eigen::VectorXd& run = table["run"];
+  const std::string text = io::read_text(path);
+  raw.unit = unit_written(text, raw.probes.front() + "_amp");
+  if (raw.phases) doubt_degrees(table, text, raw.probes);
+  const Eigen::VectorXd& run = table.in("run", Quantity::dimensionless);
   if (const std::size_t least = 1 + 2 * raw.planes.size(); !raw.phases && static_cast<std::size_t>(run.size()) < least)
     throw Error(
         fmt::format("{}: no column '{}_phase': amplitudes alone need {} runs at least (as found, and a trial "
                     "mass at several angles on each plane)",
                     path, raw.probes.front(), least));
   const Channel* speed = table.find("speed");
+  if (speed != nullptr) table.in("speed", Quantity::angular_velocity);
   const Channel* time = table.find("time") != nullptr ? table.find("time") : table.find("t");
   for (const Channel& c : table.columns) {
     const bool known = c.name == "run" || &c == speed || &c == time || c.name.ends_with("_amp") ||
@@ -208,17 +240,17 @@ JobPlan read_plan(const io::Settings& s, const VectorConvention& v, std::size_t 
   p.allowed = s.number("plan.allowed_amplitude", readings, 0, 0);
   p.noise = s.number("plan.noise", readings, 0, 0);
   p.slow_roll = s.number("plan.slow_roll_speed", Quantity::angular_velocity, 0, 0);
-  p.holes = static_cast<int>(s.integer("plan.holes", 0, 0, 1000));
-  p.first_hole = s.number("plan.first_hole", Quantity::angle, 0);
-  p.piece = s.number("plan.piece_mass", Quantity::mass, 0, 0);
-  p.hole = s.number("plan.hole_mass", Quantity::mass, 0, 0);
+  p.places.holes = static_cast<int>(s.integer("plan.holes", 0, 0, 1000));
+  p.places.first_hole = s.number("plan.first_hole", Quantity::angle, 0);
+  p.places.piece = s.number("plan.piece_mass", Quantity::mass, 0, 0);
+  p.places.hole = s.number("plan.hole_mass", Quantity::mass, 0, 0);
   p.criterion = criterion_of(s.text("plan.criterion", "", {"", "least-squares", "min-max"}));
   p.drift = drift_of(s.text("plan.drift", "", {"", "automatic", "linear", "none"}));
   p.drop_dependent = s.flag("plan.drop_dependent", false);
-  p.mass = s.number("machine.mass", Quantity::mass, 0, 0);
-  p.radius = s.number("machine.radius", Quantity::displacement, 0, 0);
-  p.grade = s.number("machine.grade", Quantity::dimensionless, 0, 0);
-  p.service_speed = s.number("machine.service_speed", Quantity::angular_velocity, 0, 0);
+  p.rotor.mass = s.number("machine.mass", Quantity::mass, 0, 0);
+  p.rotor.radius = s.number("machine.radius", Quantity::displacement, 0, 0);
+  p.rotor.grade = s.number("machine.grade", Quantity::dimensionless, 0, 0);
+  p.rotor.service_speed = s.number("machine.service_speed", Quantity::angular_velocity, 0, 0);
   return p;
 }
 

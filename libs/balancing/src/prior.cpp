@@ -96,10 +96,10 @@ double modal_probe_angle(const JobFile& file, const ModalModel& modes, std::size
 diagnosis::InfluencePrior modes_prior(const std::string& path, const JobFile& file, const JobOptions& o,
                                       Summary& warnings) {
   const auto modes = io::load<ModalModel>(path);
-  if (!(o.radius > 0)) throw Error("--prior: modes need --radius-mm, where the masses are added");
+  if (!(o.rotor.radius > 0)) throw Error("--prior: modes need --radius-mm, where the masses are added");
   diagnosis::ModalReadings r;
   r.planes = file.job.planes;
-  r.radius = o.radius;
+  r.radius = o.rotor.radius;
   r.mark = mark_of(file);
   for (std::size_t m = 0; m < file.job.rows.size(); ++m) {
     r.probes.push_back(probe_of(file, m));
@@ -111,7 +111,7 @@ diagnosis::InfluencePrior modes_prior(const std::string& path, const JobFile& fi
   if (low < hz * modes.band_low || high > hz * modes.band_high)
     warnings.warn(fmt::format("the modes hold from {:g} to {:g} Hz, the runs turn at {:.4g} to {:.4g} Hz",
                               modes.band_low, modes.band_high, low / hz, high / hz));
-  return diagnosis::modal_prior(modes, r, o.prior_common, o.prior_each);
+  return diagnosis::modal_prior(modes, r, o.prior.common, o.prior.each);
 }
 
 diagnosis::InfluencePrior model_prior(const std::string& path, const JobFile& file, const JobOptions& o,
@@ -123,11 +123,11 @@ diagnosis::InfluencePrior model_prior(const std::string& path, const JobFile& fi
         fmt::format("{}: a model of one disk has one plane, the job has {}; the modes of impacts on the planes "
                     "(modes.json of whirl modes) have all of them",
                     path, file.job.planes.size()));
-  if (!(o.radius > 0)) throw Error("--prior: a model needs --radius-mm, where the masses are added");
+  if (!(o.rotor.radius > 0)) throw Error("--prior: a model needs --radius-mm, where the masses are added");
   diagnosis::RotorReadings r;
-  r.mass = o.mass > 0 ? o.mass : model.rotor->gain > 0 ? 1 / model.rotor->gain : 0;
+  r.mass = o.rotor.mass > 0 ? o.rotor.mass : model.rotor->gain > 0 ? 1 / model.rotor->gain : 0;
   if (!(r.mass > 0)) throw Error("--prior: a model needs --mass-kg, of the disk");
-  r.radius = o.radius;
+  r.radius = o.rotor.radius;
   for (std::size_t m = 0; m < file.job.rows.size(); ++m) {
     r.speed.push_back(file.speeds[static_cast<std::size_t>(file.job.speed[m])]);
     r.probe.push_back(probe_angle(file, m));
@@ -136,11 +136,11 @@ diagnosis::InfluencePrior model_prior(const std::string& path, const JobFile& fi
   for (const diagnosis::BalancingRun& run : file.job.runs)
     for (const std::complex<double> z : run.vibration)
       if (std::isfinite(std::abs(z))) r.amplitude = std::max(r.amplitude, std::abs(z));
-  return diagnosis::rotor_prior(*model.rotor, model.rotor_covariance, r, o.prior_common, o.prior_each, warnings);
+  return diagnosis::rotor_prior(*model.rotor, model.rotor_covariance, r, o.prior.common, o.prior.each, warnings);
 }
 
 diagnosis::InfluencePrior read_prior(const JobFile& file, const JobOptions& o, Summary& warnings) {
-  const std::string path = o.prior.string();
+  const std::string path = o.prior.from.string();
   const io::Json json = io::load_json(path);
   const io::JsonReader document(json, path);
   const bool computed = document.has("schema") && !document.at("schema").text().starts_with("whirl.balancing/");
@@ -152,7 +152,7 @@ diagnosis::InfluencePrior read_prior(const JobFile& file, const JobOptions& o, S
   if (document.has("schema") && document.at("schema").text().starts_with("whirl.modes/"))
     return modes_prior(path, file, o, warnings);
   if (document.has("schema")) document.require_schema("whirl.balancing", 1);
-  return diagnosis::relative_prior(read_influence(path, file), o.prior_common, o.prior_each, file.job.speed);
+  return diagnosis::relative_prior(read_influence(path, file), o.prior.common, o.prior.each, file.job.speed);
 }
 
 double noise_of(const JobFile& file, const JobOptions& o) {
@@ -168,7 +168,8 @@ double noise_of(const JobFile& file, const JobOptions& o) {
 }  // namespace
 
 SolvedJob solve_with_prior(const std::string& title, const JobFile& file, const JobOptions& o) {
-  if (o.criterion == diagnosis::Criterion::min_max || o.limit > 0 || o.holes > 0 || o.piece > 0 || o.hole > 0)
+  if (o.criterion == diagnosis::Criterion::min_max || o.limit > 0 || o.places.holes > 0 || o.places.piece > 0 ||
+      o.places.hole > 0)
     throw Error("--prior balances by least squares with free masses: no --criterion, --limit-gram, holes or pieces");
   Summary warnings;
   const diagnosis::InfluencePrior prior = read_prior(file, o, warnings);

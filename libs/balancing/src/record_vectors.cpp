@@ -37,7 +37,7 @@ modal::TransientRunupFit modes_of(const signal::SynchronousCurve& curve, const s
   };
   modal::TransientRunupFit fit = modal::fit_transient_runup(run, {.modes = 1});
   if (fit.summary.status == Status::unusable)
-    throw Error(fmt::format("{}: --steady needs a run-up or run-down: {}", what, fit.summary.warnings.back()));
+    throw Error(fmt::format("{}: --steady needs a run-up or run-down: {}", what, fit.summary.reason));
   if (explains(fit, kByOne)) return fit;
   modal::TransientRunupFit two = modal::fit_transient_runup(run, {.modes = 2});
   if (two.summary.status != Status::unusable && two.fit_percent > fit.fit_percent) fit = std::move(two);

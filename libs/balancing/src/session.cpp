@@ -21,7 +21,7 @@ using Eigen::Index;
 double usual_trial(const JobOptions& o, const JobFile& file) {
   const double speed = file.speeds.back(), share = file.job.planes.size() > 1 ? 0.5 : 1.0;
   if (!(speed > 0)) throw Error("the first trial mass needs --trial-gram, or speeds and the rotor's mass and radius");
-  return 0.1 * share * o.mass * 9.80665 / (o.radius * speed * speed);
+  return 0.1 * share * o.rotor.mass * 9.80665 / (o.rotor.radius * speed * speed);
 }
 
 diagnosis::BalancingPlan plan_of(const JobFile& file, const JobOptions& o) {
@@ -200,9 +200,7 @@ GuidedStep guided_step(const std::string& path, const JobOptions& options) {
   step.solved = solve_job(path, file, o, done ? std::optional<Eigen::VectorXcd>(step.next.masses) : std::nullopt);
   step.solved->sheet.next = step.instructions;
   step.solved->sheet.check = check_rows(step.check, 1 / file.convention.amplitude_factor());
-  const Summary& solved = step.solved->sheet.summary;
-  step.summary.warnings.insert(step.summary.warnings.end(), solved.warnings.begin(), solved.warnings.end());
-  step.summary.status = std::max(step.summary.status, solved.status);
+  step.summary.take(step.solved->sheet.summary);
   step.json.set("job", step.solved->json);
   return step;
 }

@@ -90,7 +90,7 @@ std::string new_job_text(const NewJob& job, const std::string& path) {
   need(!job.convention.amplitude.empty(), "--amplitude", "0p, pp or rms");
   need(!job.convention.angles.empty(), "--angles", "with or against the rotation");
   job.convention.check();
-  if (job.trial <= 0 && (o.mass <= 0 || o.radius <= 0))
+  if (job.trial <= 0 && (o.rotor.mass <= 0 || o.rotor.radius <= 0))
     throw Error(path + ": the first trial mass needs --trial-gram, or --mass-kg of the rotor and --radius-mm");
   if (!job.probe_angles.empty() && job.probe_angles.size() != job.probes.size())
     throw Error(fmt::format("--probe-deg: {} angles for {} probes", job.probe_angles.size(), job.probes.size()));
@@ -122,17 +122,17 @@ std::string new_job_text(const NewJob& job, const std::string& path) {
   size("allowed_amplitude", job.allowed);
   size("noise", o.noise);
   entry("slow_roll_speed_rpm", job.slow_roll, kRadPerSecPerRpm);
-  if (o.holes > 0) text += fmt::format("holes = {}\n", o.holes);
-  entry("first_hole_deg", o.first_hole, kRadPerDegree);
-  entry("piece_mass_gram", o.piece, 1e-3);
-  entry("hole_mass_gram", o.hole, 1e-3);
+  if (o.places.holes > 0) text += fmt::format("holes = {}\n", o.places.holes);
+  entry("first_hole_deg", o.places.first_hole, kRadPerDegree);
+  entry("piece_mass_gram", o.places.piece, 1e-3);
+  entry("hole_mass_gram", o.places.hole, 1e-3);
   text += fmt::format("criterion = \"{}\"\ndrift = \"{}\"\n", criterion_name(o), drift_name(o));
   if (o.drop_dependent) text += "drop_dependent = true\n";
   text += "\n[machine]\n";
-  entry("mass_kg", o.mass);
-  entry("radius_mm", o.radius, 1e-3);
-  entry("grade", o.grade);
-  entry("service_speed_rpm", o.service_speed, kRadPerSecPerRpm);
+  entry("mass_kg", o.rotor.mass);
+  entry("radius_mm", o.rotor.radius, 1e-3);
+  entry("grade", o.rotor.grade);
+  entry("service_speed_rpm", o.rotor.service_speed, kRadPerSecPerRpm);
   return text;
 }
 

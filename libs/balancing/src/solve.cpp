@@ -28,14 +28,14 @@ JobOptions with_plan(JobOptions o, const JobFile& file) {
   if (o.noise == 0) o.noise = reading_unit(file).to_si(o.noise_written);
   take(o.limit, p.limit);
   take(o.noise, p.noise);
-  take(o.first_hole, p.first_hole);
-  take(o.piece, p.piece);
-  take(o.hole, p.hole);
-  take(o.mass, p.mass);
-  take(o.radius, p.radius);
-  take(o.grade, p.grade);
-  take(o.service_speed, p.service_speed);
-  if (o.holes == 0) o.holes = p.holes;
+  take(o.places.first_hole, p.places.first_hole);
+  take(o.places.piece, p.places.piece);
+  take(o.places.hole, p.places.hole);
+  take(o.rotor.mass, p.rotor.mass);
+  take(o.rotor.radius, p.rotor.radius);
+  take(o.rotor.grade, p.rotor.grade);
+  take(o.rotor.service_speed, p.rotor.service_speed);
+  if (o.places.holes == 0) o.places.holes = p.places.holes;
   if (!o.criterion) o.criterion = p.criterion;
   if (!o.drift) o.drift = p.drift;
   o.drop_dependent = o.drop_dependent || p.drop_dependent;
@@ -77,12 +77,12 @@ struct Balanced {
 }  // namespace
 
 std::vector<diagnosis::Places> places_of(const JobOptions& o, const VectorConvention& convention, std::size_t planes) {
-  if (o.holes == 0 && o.piece == 0 && o.hole == 0) return {};
+  if (o.places.holes == 0 && o.places.piece == 0 && o.places.hole == 0) return {};
   diagnosis::Places places;
-  places.piece = o.piece;
-  places.most = o.hole;
-  for (int k = 0; k < o.holes; ++k)
-    places.angles.push_back(convention.angle_sign() * o.first_hole + 2 * std::numbers::pi * k / o.holes);
+  places.piece = o.places.piece;
+  places.most = o.places.hole;
+  for (int k = 0; k < o.places.holes; ++k)
+    places.angles.push_back(convention.angle_sign() * o.places.first_hole + 2 * std::numbers::pi * k / o.places.holes);
   return std::vector<diagnosis::Places>(planes, places);
 }
 
@@ -323,17 +323,16 @@ void add_budget(BalancingSheet& sheet, const JobFile& file, const JobOptions& o,
     throw Error("--zones-um: three rising limits, of zones A, B and C");
   require_displacement("--zones-um", !o.zones.empty(), file);
   sheet.zones = o.zones;
-  const double speed = o.service_speed > 0 ? o.service_speed : file.speeds.back();
-  if (!(o.mass > 0) || !(o.radius > 0) || !(speed > 0)) return;
-  sheet.grade = o.grade > 0 ? o.grade : 6.3;
+  const double speed = o.rotor.service_speed > 0 ? o.rotor.service_speed : file.speeds.back();
+  if (!(o.rotor.mass > 0) || !(o.rotor.radius > 0) || !(speed > 0)) return;
+  sheet.grade = o.rotor.grade > 0 ? o.rotor.grade : 6.3;
   const double permitted =
-      diagnosis::permissible_unbalance(sheet.grade, o.mass, speed) / static_cast<double>(b.planes.size());
-  const diagnosis::PlacingErrors errors{o.mass_error, o.angle_error, o.radius_error};
+      diagnosis::permissible_unbalance(sheet.grade, o.rotor.mass, speed) / static_cast<double>(b.planes.size());
   Eigen::VectorXcd on(static_cast<Index>(b.planes.size()));
   for (Index k = 0; k < on.size(); ++k) on[k] = b.prescribed[b.planes[static_cast<std::size_t>(k)]];
   for (Index k = 0; k < on.size(); ++k)
     sheet.planes[static_cast<std::size_t>(k)].budget =
-        diagnosis::unbalance_budget(k, b.correction.masses, b.uncertainty, on, o.radius, errors, permitted);
+        diagnosis::unbalance_budget(k, b.correction.masses, b.uncertainty, on, o.rotor.radius, o.errors, permitted);
 }
 
 void add_contradictions(io::Json& out, const JobFile& file, const diagnosis::InfluenceFit& fit) {
@@ -431,9 +430,9 @@ SolvedJob solve_job(const std::string& title, const JobFile& file, JobOptions op
                     const std::optional<Eigen::VectorXcd>& on_rotor) {
   require_displacement("--noise-um", options.noise > 0, file);
   options = with_plan(std::move(options), file);
-  if (!options.prior.empty() && !file.job.phases)
+  if (!options.prior.from.empty() && !file.job.phases)
     throw Error("--prior: needs readings with phase; the job has amplitudes alone");
-  if (!options.prior.empty()) return solve_with_prior(title, file, options);
+  if (!options.prior.from.empty()) return solve_with_prior(title, file, options);
   Balanced b = solve(file, options);
   if (on_rotor) b.prescribed = *on_rotor;
   BalancingSheet sheet = sheet_of(title, file, options, b);

@@ -63,8 +63,8 @@ TEST_F(SessionRules, WithoutATrialMassItsForceIsATenthOfTheWeightOnABearing) {
   for (const int planes : {1, 2}) {
     NewJob job = fan();
     job.trial = 0;
-    job.options.mass = 12;
-    job.options.radius = 0.2;
+    job.options.rotor.mass = 12;
+    job.options.rotor.radius = 0.2;
     if (planes == 2) job.planes = {"A", "B"}, job.probes = {"X", "Y"};
     begin(job);
     take(planes == 1 ? "120@10" : "120@10 80@20");

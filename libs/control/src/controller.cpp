@@ -23,11 +23,11 @@ Controller::Controller(const ControllerSettings& settings, const AnyEstimator& e
       runout_(runout),
       supervisor_(supervisor),
       has_runout_(!runout.empty()) {
-  const double samples = settings.delay / settings.sample_time;
+  const double samples = settings.timing.delay / settings.timing.step;
   whole_delay_ = static_cast<int>(std::floor(samples + 1e-9));
   fraction_ = std::max(0.0, samples - whole_delay_);
   if (fraction_ < 1e-9) fraction_ = 0;
-  structure_ = Structure(modes, settings.sample_time, fraction_);
+  structure_ = Structure(modes, settings.timing.step, fraction_);
 }
 
 void Controller::reset() noexcept {
@@ -65,10 +65,11 @@ void Controller::applied(const Command& command) noexcept {
 }
 
 DiskMotion Controller::at_effect(const DiskMotion& now, double omega, const SampleTurns& turns) const noexcept {
-  const double h = settings_.sample_time;
+  const double h = settings_.timing.step;
   if (!settings_.predict) {
     DiskMotion s = now;
-    s.d = product(now.d, unit_phasor(omega * (settings_.advance ? settings_.delay + 0.5 * h : settings_.sensor_delay)));
+    s.d = product(now.d, unit_phasor(omega * (settings_.feedforward.advance ? settings_.timing.delay + 0.5 * h
+                                                                            : settings_.timing.sensor)));
     return s;
   }
   MotionPrediction p(settings_.model, now);
@@ -84,15 +85,15 @@ DiskMotion Controller::at_effect(const DiskMotion& now, double omega, const Samp
 void Controller::limit_force() noexcept {
   state_.applied = state_.requested;
   state_.saturated = false;
-  if (const double limit = settings_.force_limit; limit > 0) {
+  if (const double limit = settings_.force.largest; limit > 0) {
     state_.applied = {std::clamp(state_.applied.real(), -limit, limit),
                       std::clamp(state_.applied.imag(), -limit, limit)};
     // A law that knows the limit asks for it up to rounding.
     const double reached = (1 - 1e-12) * limit;
     state_.saturated = std::abs(state_.applied.real()) >= reached || std::abs(state_.applied.imag()) >= reached;
   }
-  if (settings_.slew_limit > 0) {
-    const double most = settings_.slew_limit * settings_.sample_time;
+  if (settings_.force.slew > 0) {
+    const double most = settings_.force.slew * settings_.timing.step;
     const std::complex<double> last = past(1) / settings_.gain, asked = state_.applied;
     state_.applied = {std::clamp(asked.real(), last.real() - most, last.real() + most),
                       std::clamp(asked.imag(), last.imag() - most, last.imag() + most)};
@@ -125,7 +126,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   };
   if (!std::isfinite(m.beta) || !std::isfinite(m.omega) || !std::isfinite(m.omega_dot)) return fault(Fault::not_finite);
 
-  gap_ = m.t - time_ > 1.5 * settings_.sample_time;
+  gap_ = m.t - time_ > 1.5 * settings_.timing.step;
   time_ = m.t;
   const bool fresh = gate_.accept(m);
   state_.held = !fresh;
@@ -133,7 +134,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   if (gate_.held > settings_.stale_limit) return fault(Fault::stale_sensor);
 
   // Rotor quantities at the instant the displacement was taken.
-  const double beta = m.beta - m.omega * settings_.sensor_delay;
+  const double beta = m.beta - m.omega * settings_.timing.sensor;
   const std::complex<double> turn = unit_phasor(beta);
   EstimatorInput in;
   in.z = gate_.good - settings_.offset;
@@ -145,9 +146,10 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   in.forcing = unbalance_per_metre(turn, m.omega, m.omega_dot);
   const Supervision& watched = state_.supervision;
   const std::complex<double> eps = settings_.eps + watched.blend * (watched.eps - settings_.eps);
-  in.d = settings_.feedforward ? product(eps, in.forcing) : std::complex<double>{};
+  const Feedforward& forwarded = settings_.feedforward;
+  in.d = forwarded.on ? product(eps, in.forcing) : std::complex<double>{};
   in.omega = m.omega;
-  in.turns.emplace(m.omega, fraction_, settings_.sample_time);
+  in.turns.emplace(m.omega, fraction_, settings_.timing.step);
   state_.measured = in.z;
   state_.estimate = std::visit([&](auto& e) noexcept { return e.step(in); }, estimator_);
   if (settings_.supervise) {
@@ -158,7 +160,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   if (watched.blend > 0) now.d += watched.blend * (product(watched.eps, in.forcing) - now.d);
   state_.effect = at_effect(now, m.omega, *in.turns);
   const DiskMotion& e = state_.effect;
-  const std::complex<double> d = (settings_.feedforward ? 1 : settings_.carried ? watched.blend : 0) * e.d;
+  const std::complex<double> d = (forwarded.on ? 1 : forwarded.carried ? watched.blend : 0) * e.d;
   const std::complex<double> f = settings_.model.acceleration(e.z, e.v, settings_.cancel) + d;
   // The synchronous part of the force, which is not feedback.
   std::complex<double> forward = -d;
@@ -167,7 +169,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
         AxisOutput x = l.x.step({e.z.real(), e.v.real(), f.real(), d.real(), -d.imag(), m.omega});
         AxisOutput y = l.y.step({e.z.imag(), e.v.imag(), f.imag(), d.imag(), d.real(), m.omega});
         if constexpr (requires { l.synchronous; }) {
-          const double ahead = m.omega * (settings_.delay + 0.5 * settings_.sample_time);
+          const double ahead = m.omega * (settings_.timing.delay + 0.5 * settings_.timing.step);
           const std::complex<double> a =
               l.synchronous.step(in.z, beta, m.omega, product(in.forcing, unit_phasor(ahead)),
                                  fresh && !state_.saturated && watched.adapt);

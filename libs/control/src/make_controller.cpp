@@ -51,25 +51,26 @@ Controller make_controller(const ControllerDesign& design) {
   s.eps = m.eps;
   s.offset = m.offset;
   s.gain = m.gain;
-  s.sample_time = design.sample_time;
-  s.delay = design.delay;
-  s.sensor_delay = v.at("sensor_delay");
-  s.force_limit = design.force_limit;
-  s.slew_limit = v.at("slew_limit");
-  s.hysteresis = v.at("hysteresis");
+  s.timing.step = design.sample_time;
+  s.timing.delay = design.delay;
+  s.timing.sensor = v.at("sensor_delay");
+  s.force.largest = design.force_limit;
+  s.force.slew = v.at("slew_limit");
+  s.force.hysteresis = v.at("hysteresis");
   s.cancel = v.at("cancel");
-  s.feedforward = design.feedforward;
-  s.advance = v.at("advance") > 0;
+  s.feedforward.on = design.feedforward;
+  s.feedforward.advance = v.at("advance") > 0;
   s.predict = v.at("predict") > 0;
   s.stale_limit = static_cast<long>(v.at("stale_limit"));
   SampleGate gate;
   gate.range = v.at("sensor_range");
   gate.jump = v.at("jump_limit");
   s.supervise = v.at("supervise") > 0;
-  s.carried = !s.feedforward && !law_entry(design.law).cancels_synchronous;
-  const Supervisor supervisor({s.model, s.eps, s.sample_time, v.at("watch_level"), v.at("watch_bandwidth"),
-                               s.feedforward && !estimator_entry(design.estimator).finds_disturbance, s.carried,
-                               s.delay, s.gain * s.force_limit, s.gain * s.slew_limit, s.gain * s.hysteresis});
+  s.feedforward.carried = !s.feedforward.on && !law_entry(design.law).cancels_synchronous;
+  const Supervisor supervisor({s.model, s.eps, s.timing.step, v.at("watch_level"), v.at("watch_bandwidth"),
+                               s.feedforward.on && !estimator_entry(design.estimator).finds_disturbance,
+                               s.feedforward.carried, s.timing.delay, s.gain * s.force.largest, s.gain * s.force.slew,
+                               s.gain * s.force.hysteresis});
   return Controller(s, estimator_entry(design.estimator).make(design, v), law_entry(design.law).make(design, v), gate,
                     make_runout(v), supervisor, make_structure(v));
 }

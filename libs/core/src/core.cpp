@@ -60,6 +60,10 @@ std::string_view si_unit(Quantity q) {
       return "1/s^2";
     case Quantity::force_constant:
       return "N/V";
+    case Quantity::specific_energy:
+      return "m^2/s^2";
+    case Quantity::specific_power:
+      return "m^2/s^3";
   }
   return "1";
 }
@@ -114,6 +118,10 @@ std::string_view to_string(Quantity q) {
       return "rate squared";
     case Quantity::force_constant:
       return "force constant";
+    case Quantity::specific_energy:
+      return "specific energy";
+    case Quantity::specific_power:
+      return "specific power";
   }
   return "?";
 }

@@ -2,8 +2,19 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/SparseCholesky>
 
 namespace whirl {
+std::optional<Eigen::MatrixXd> solve_sparse(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right) {
+  constexpr Eigen::Index kSmall = 100;
+  constexpr double kSparse = 0.1;
+  const auto n = matrix.rows();
+  if (n < kSmall || static_cast<double>((matrix.array() != 0).count()) > kSparse * static_cast<double>(n * n))
+    return {};
+  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> llt(matrix.sparseView());
+  if (llt.info() != Eigen::Success) return {};
+  return llt.solve(right);
+}
 
 bool damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping,
                  Eigen::VectorXd& step) {
@@ -11,9 +22,14 @@ bool damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient,
   Eigen::MatrixXd scaled = scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
   scaled.diagonal() = (normal.diagonal().array() > 0).select(scaled.diagonal(), 1.0);
   scaled.diagonal().array() += damping;
-  const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
-  if (llt.info() != Eigen::Success) return false;
-  step = llt.solve(gradient.cwiseQuotient(scale)).cwiseQuotient(scale);
+  const Eigen::VectorXd right = gradient.cwiseQuotient(scale);
+  if (const auto solved = solve_sparse(scaled, right)) {
+    step = solved->cwiseQuotient(scale);
+  } else {
+    const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
+    if (llt.info() != Eigen::Success) return false;
+    step = llt.solve(right).cwiseQuotient(scale);
+  }
   return step.allFinite();
 }
 
@@ -43,7 +59,8 @@ Eigen::MatrixXd marginal_information(const Eigen::MatrixXd& normal, Eigen::Index
   Eigen::MatrixXd own = scale.asDiagonal() * normal.bottomRightCorner(others, others) * scale.asDiagonal();
   own.diagonal().array() += 1e-13;
   const Eigen::MatrixXd with = scale.asDiagonal() * normal.bottomLeftCorner(others, kept);
-  return normal.topLeftCorner(kept, kept) - with.transpose() * own.ldlt().solve(with);
+  const std::optional<Eigen::MatrixXd> sparse = solve_sparse(own, with);
+  return normal.topLeftCorner(kept, kept) - with.transpose() * (sparse ? *sparse : own.ldlt().solve(with));
 }
 
 }  // namespace whirl

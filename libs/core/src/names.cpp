@@ -1,6 +1,7 @@
 #include "whirl/core/names.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace whirl {
 namespace {
@@ -57,6 +58,20 @@ bool is_unit_text(std::string_view text) {
   return text.size() <= 100 && is_label(text) && std::all_of(text.begin(), text.end(), allowed) &&
          std::adjacent_find(text.begin(), text.end(), [&](char a, char b) { return is_sign(a) && is_sign(b); }) ==
              text.end();
+}
+
+std::string small_letters(std::string_view text) {
+  std::string small(text);
+  std::ranges::transform(small, small.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return small;
+}
+
+std::string channel_role(std::string_view name) {
+  constexpr std::string_view kRoles[] = {"t",         "time",  "x",     "y",   "beta", "key",
+                                         "keyphasor", "tacho", "speed", "rpm", "omega"};
+  const std::string small = small_letters(name);
+  return std::ranges::find(kRoles, small) != std::end(kRoles) ? small : std::string(name);
 }
 
 std::string one_line(std::string_view text) {

@@ -5,12 +5,17 @@
 #include <cmath>
 
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 
 namespace whirl {
 
 const Channel* Recording::find(std::string_view name) const {
   for (const Channel& c : channels) {
     if (c.name == name) return &c;
+  }
+  const std::string small = channel_role(name);
+  for (const Channel& c : channels) {
+    if (channel_role(c.name) == small) return &c;
   }
   return nullptr;
 }

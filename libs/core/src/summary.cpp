@@ -12,11 +12,10 @@ void Summary::add(Finding finding, std::string_view because) {
     findings.push_back(std::move(finding));
     return;
   }
-  if (finding.consequence == Consequence::unusable) {
+  if (finding.consequence == Consequence::unusable)
     fail(std::move(said));
-  } else {
+  else
     warn(std::move(said));
-  }
   if (finding.consequence != Consequence::warning)
     trust = status == Status::unusable && !trust.empty() && finding.consequence != Consequence::unusable
                 ? trust

@@ -92,5 +92,31 @@ TEST(FindingUnit, ConsequencesSetStatusAndTrust) {
   EXPECT_EQ(s.find(FindingCode::parts_differ), nullptr);
 }
 
+TEST(FindingUnit, TheReasonIsWhatFailedWhateverIsSaidAfterIt) {
+  Summary s;
+  s.warn("short record");
+  EXPECT_EQ(s.reason, "");
+  s.fail("no passage");
+  s.warn("few samples");
+  s.add(missed(3e-6));
+  EXPECT_EQ(s.reason, "no passage");
+
+  Summary whole;
+  whole.take(s);
+  whole.warn("another part is short");
+  EXPECT_EQ(whole.status, Status::unusable);
+  EXPECT_EQ(whole.reason, "no passage");
+  EXPECT_EQ(whole.warnings.size(), 5u);
+
+  Summary sound;
+  sound.take({});
+  EXPECT_EQ(sound.status, Status::ok);
+  Summary doubtful;
+  doubtful.warn("short record");
+  sound.take(doubtful);
+  EXPECT_EQ(sound.status, Status::warning);
+  EXPECT_EQ(sound.reason, "");
+}
+
 }  // namespace
 }  // namespace whirl

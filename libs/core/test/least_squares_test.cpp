@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 
 namespace whirl {
@@ -118,6 +119,28 @@ TEST(LeastSquares, InvertsANearlySingularMatrixOnlyWhenAskedTo) {
   ASSERT_EQ(forced.covariance.size(), 4);
   // The sum is known: variance 1 / 4 of half the sum of both.
   EXPECT_NEAR(forced.covariance.sum(), 1, 0.1);
+}
+
+/// 400 runs with two starts each, three coefficients that all of them see: an arrow.
+TEST(LeastSquaresProperty, RunsWithStartsOfTheirOwnGiveTheStepOfTheFullEquations) {
+  constexpr Eigen::Index kShared = 3, kRuns = 400, n = kShared + 2 * kRuns;
+  std::srand(5);
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index r = 0; r < kRuns; ++r) {
+    const Eigen::MatrixXd rows = Eigen::MatrixXd::Random(9, kShared + 2), own = rows.transpose() * rows;
+    const Eigen::Index at = kShared + 2 * r;
+    normal.topLeftCorner(kShared, kShared) += own.topLeftCorner(kShared, kShared);
+    normal.block(0, at, kShared, 2) = own.topRightCorner(kShared, 2);
+    normal.block(at, 0, 2, kShared) = own.bottomLeftCorner(2, kShared);
+    normal.block(at, at, 2, 2) = own.bottomRightCorner(2, 2);
+  }
+  const Eigen::VectorXd gradient = Eigen::VectorXd::Random(n);
+  Eigen::VectorXd step;
+  ASSERT_TRUE(damped_step(normal, gradient, 0, step));
+  EXPECT_LT((normal * step - gradient).norm(), 1e-10 * gradient.norm());
+  const Eigen::MatrixXd full = normal.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd corner = full.topLeftCorner(kShared, kShared).inverse();
+  EXPECT_LT((marginal_information(normal, kShared) - corner).norm(), 1e-9 * corner.norm());
 }
 
 TEST(LeastSquaresProperty, MarginalInformationIsTheInverseOfTheCornerOfTheInverse) {

@@ -161,14 +161,12 @@ static whirl_force_fit whirl_fit_force(const whirl_force_check *c, whirl_real k1
   const whirl_real per = known ? R(0.0) : (R(1.0) / ff);
   const whirl_complex fr = whirl_sub(c->fd, whirl_scale(c->ff, e));
   const whirl_complex back = whirl_conj(c->fz);
-  const whirl_complex zr =
-      whirl_sub(whirl_sub(c->zd, whirl_mul(back, e)), whirl_scale(per, whirl_mul(back, fr)));
+  const whirl_complex zr = whirl_sub(whirl_sub(c->zd, whirl_mul(back, e)), whirl_scale(per, whirl_mul(back, fr)));
   const whirl_real zz = (c->zz - (per * whirl_norm(c->fz))) + R(1e-30);
   /* of squares: rounding may leave a zz below zero beside a zr of zero */
   const whirl_real square = whirl_norm(zr);
   const whirl_real most = model * zz;
-  const whirl_complex q =
-      whirl_scale((square > (most * most)) ? (model / M(sqrt)(square)) : (R(1.0) / zz), zr);
+  const whirl_complex q = whirl_scale((square > (most * most)) ? (model / M(sqrt)(square)) : (R(1.0) / zz), zr);
   const whirl_complex zx = whirl_sub(c->zx, whirl_scale(per, whirl_mul(back, c->fx)));
   const whirl_complex zy = whirl_sub(c->zy, whirl_scale(per, whirl_mul(back, c->fy)));
   const whirl_complex zl = whirl_sub(c->zl, whirl_scale(per, whirl_mul(back, c->fl)));
@@ -393,10 +391,8 @@ static void whirl_force_follow(whirl_force_check *c, const whirl_params *p) {
 static void whirl_force_unsure(whirl_force_check *c, const whirl_params *p, whirl_complex a, bool limited) {
   const whirl_real slew = (p->slew_limit > R(0.0)) ? (p->gain * p->slew_limit) : ((p->gain * p->force_limit) / /*@n_full@*/);
   const whirl_real most = slew * p->sample_time;
-  const bool slewing =
-      (most > R(0.0)) && ((M(fabs)(a.re - c->a1.re) > most) || (M(fabs)(a.im - c->a1.im) > most));
-  c->unsure =
-      (limited || slewing) ? (/*@n_unsure@*/ + p->delay) : M(fmax)(c->unsure - p->sample_time, R(0.0));
+  const bool slewing = (most > R(0.0)) && ((M(fabs)(a.re - c->a1.re) > most) || (M(fabs)(a.im - c->a1.im) > most));
+  c->unsure = (limited || slewing) ? (/*@n_unsure@*/ + p->delay) : M(fmax)(c->unsure - p->sample_time, R(0.0));
 }
 
 /* Does the rotor follow the force? One sample: displacement, control acceleration over the interval before it and unbalance

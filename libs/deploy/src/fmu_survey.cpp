@@ -94,7 +94,7 @@ FmuSurvey survey_fmu(const std::filesystem::path& fmu, const FmuPlantOptions& op
   if (!out.model.rotor || out.model.summary.status == Status::unusable) {
     throw Error::in_file(fmu.string(), 0,
                          "a run without force gives no rotor with stiffness, damping and unbalance" +
-                             (out.model.summary.warnings.empty() ? "" : ": " + out.model.summary.warnings.back()));
+                             (out.model.summary.reason.empty() ? "" : ": " + out.model.summary.reason));
   }
   RotorModel& rotor = *out.model.rotor;
 

@@ -35,17 +35,6 @@ class FmuExchangeExport : public ::testing::TestWithParam<int> {
 INSTANTIATE_TEST_SUITE_P(Versions, FmuExchangeExport, ::testing::Values(2, 3),
                          [](const auto& v) { return fmt::format("Fmi{}", v.param); });
 
-/// A model in its first continuous-time mode.
-void* exchanging(const Importer& fmu) {
-  void* const c = fmu.instantiate(true, fmu.token);
-  EXPECT_NE(c, nullptr);
-  EXPECT_EQ(fmu.enter_initialization(c, 0), 0);
-  EXPECT_EQ(fmu.call("ExitInitializationMode", c), 0);
-  EXPECT_EQ(fmu.new_discrete_states(c), 0);
-  EXPECT_EQ(fmu.call("EnterContinuousTimeMode", c), 0);
-  return c;
-}
-
 /// Names of the variables of one kind, in the order of the file.
 std::vector<std::string> names_of(const Importer& fmu, const std::function<bool(const pugi::xml_node&)>& is) {
   std::vector<std::string> out;
@@ -79,7 +68,7 @@ std::map<std::string, std::set<std::string>> dependencies(const Importer& fmu, c
 TEST_P(FmuExchangeExport, DerivativesAndDependenciesAreThoseOfTheEquations) {
   for (const IdentifiedModel& model : {rotor_model(), friction_oscillator()}) {
     const Importer fmu = import(model);
-    void* const c = exchanging(fmu);
+    void* const c = fmu.exchanging();
     const std::vector<std::string> states = states_of(fmu), inputs = by_causality(fmu, "input"),
                                    outputs = by_causality(fmu, "output");
     std::vector<std::string> knowns = states, unknowns;
@@ -141,7 +130,7 @@ struct Integrated {
   long evaluations = 0;
 };
 Integrated integrate(const Importer& fmu, double tolerance, const std::vector<double>& nominal) {
-  void* const c = exchanging(fmu);
+  void* const c = fmu.exchanging();
   Integrated out;
   const auto rate = [&](double t, const std::vector<double>& x) {
     ++out.evaluations;
@@ -201,7 +190,7 @@ double difference(const Integrated& a, const Integrated& b) {
 
 TEST_P(FmuExchangeExport, AnImportersDefaultToleranceIsEnoughInModelExchange) {
   const Importer fmu = import(rotor_model());
-  void* const c = exchanging(fmu);
+  void* const c = fmu.exchanging();
   const std::vector<double> nominal = fmu.vector(c, "GetNominalsOfContinuousStates", 4);
   fmu.free(c);
   const std::vector<std::string> states = states_of(fmu);

@@ -78,6 +78,14 @@ class Importer {
     const int setup = function<int(void*, int, double, double, int, double)>("SetupExperiment")(c, 0, 0, start, 0, 0);
     return setup != 0 ? setup : call("EnterInitializationMode", c);
   }
+  /// An instance for model exchange in its first continuous-time mode.
+  void* exchanging() const {
+    void* const c = instantiate(true, token);
+    if (c == nullptr || enter_initialization(c, 0) != 0 || call("ExitInitializationMode", c) != 0 ||
+        new_discrete_states(c) != 0 || call("EnterContinuousTimeMode", c) != 0)
+      throw std::runtime_error("the FMU refuses continuous time");
+    return c;
+  }
   int set(void* c, const std::string& name, double value) const {
     const unsigned r = reference.at(name);
     return three ? function<int(void*, const unsigned*, std::size_t, const double*, std::size_t)>("SetFloat64")(

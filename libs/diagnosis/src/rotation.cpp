@@ -86,7 +86,11 @@ double Rotation::sweep_rate(double dt) const {
 }
 
 std::optional<Rotation> rotation_of(const Recording& record) {
-  if (record.has("beta")) return from_encoder(record, record["beta"]);
+  if (const Channel* beta = record.find("beta")) {
+    if (beta->quantity != Quantity::angle)
+      throw Error(fmt::format("{}: beta is a {}, must be an angle", record.source, to_string(beta->quantity)));
+    return from_encoder(record, beta->samples);
+  }
   if (signal::pulse_channel(record) == nullptr && signal::speed_channel(record) == nullptr) return std::nullopt;
   std::vector<std::string> said;
   const signal::AngleFit fit = signal::angle_of_tacho(record, "", {}, said);

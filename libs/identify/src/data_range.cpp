@@ -5,6 +5,7 @@
 
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/identify.hpp"
+#include "whirl/signal/angle.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -46,7 +47,8 @@ DataRange data_range(const std::vector<Recording>& records) {
     const Eigen::VectorXd& beta = r["beta"];
     const Eigen::Index block = std::max<Eigen::Index>(1, beta.size() / 50);
     for (Eigen::Index i = 0; i + block < beta.size(); i += block) {
-      const double speed = std::abs(beta[i + block] - beta[i]) / (static_cast<double>(block) * r.dt);
+      const Eigen::VectorXd turned = signal::unwrapped(beta.segment(i, block + 1));  // it may come back to 0 every turn
+      const double speed = std::abs(turned[block] - turned[0]) / (static_cast<double>(block) * r.dt);
       if (!std::isfinite(speed)) continue;
       range.low = std::min(range.low, speed);
       range.high = std::max(range.high, speed);

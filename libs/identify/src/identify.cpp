@@ -75,7 +75,7 @@ double finite_spread(const Eigen::VectorXd& a) {
 IdentifyOptions completed(IdentifyOptions o, const Recording& like) {
   o.method = o.chosen(like);
   if (o.sindy.states.empty()) o.sindy.states = states_of(like, o.sindy.inputs);
-  if (o.trapping && !o.library && o.sindy.library.empty()) {
+  if (o.bounds.trapping && !o.library && o.sindy.library.empty()) {
     for (const expr::Expr& term : expr::polynomial_library(o.sindy.states, 2)) o.sindy.library.push_back(term.str());
   }
   return o;
@@ -101,7 +101,7 @@ IdentifiedModel fit(const IdentifyOptions& o, const std::vector<Recording>& reco
   if (records.size() != 1) throw Error(fmt::format("--method {} takes one record", to_string(o.method)));
   if (o.method == Method::paper) return identify_paper(records.front(), o.paper);
   if (o.method == Method::consistent) return identify_consistent(records.front(), o.consistent);
-  return identify_second_order(records.front(), o.output, o.input, o.second_order);
+  return identify_second_order(records.front(), o.second_order);
 }
 
 HoldoutSplit split_of(const IdentifyOptions& o, const std::vector<Recording>& records) {
@@ -132,7 +132,7 @@ HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records
     held.what = split.what;
     const IdentifiedModel model = fit_of_rest(o, split.train, whole, rotor_of_whole);
     if (model.summary.status == Status::unusable) {
-      held.reason = "the rest alone gives no model: " + model.summary.warnings.back();
+      held.reason = "the rest alone gives no model: " + model.summary.reason;
       return held;
     }
     ValidateOptions validation;
@@ -181,7 +181,7 @@ HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, 
       const Validation v = validate_model(model, record, options);
       if (v.quantity != Quantity::displacement) held.unit = si_unit(v.quantity);
       if (v.summary.status == Status::unusable && (std::isfinite(v.rmse_x) || std::isfinite(v.rmse_y))) {
-        held.reason = v.summary.warnings.back();
+        held.reason = v.summary.reason;
         return held;
       }
       // Of an axis that is not measured there is no error.
@@ -249,7 +249,7 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
     }
   } else {
     id.model = fit(o, records, &id.evidence);
-    const bool bounded = !o.bounds.empty() || o.trapping || std::isfinite(o.least_decay);
+    const bool bounded = o.bounds.any();
     if (o.method == Method::sindy && !bounded) detail::judge_parts(records, o.sindy, id.model);
   }
   progress(0.6);
@@ -313,7 +313,8 @@ double term_count(const IdentifiedModel& model) {
 /// common instants, and kept where a simpler model then explains the records as well, or the same one better.
 Identification at_their_instants(Identification id, const std::vector<Recording>& records, const IdentifyOptions& o) {
   const bool sought = o.method == Method::sindy && o.sindy.refine && o.sindy.hidden == 0 && !o.library &&
-                      o.sindy.denominators.empty() && !o.sindy.discrete && std::isfinite(id.summary.chi_square);
+                      o.sindy.equations.denominators.empty() && !o.sindy.discrete &&
+                      std::isfinite(id.summary.chi_square);
   if (!sought) return id;
   const std::vector<LateChannel> late = late_channels(records, o.sindy);
   if (late.empty()) return id;

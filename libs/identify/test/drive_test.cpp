@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <vector>
 
 #include "whirl/core/error.hpp"
+#include "whirl/identify/validate.hpp"
 #include "whirl/testing/driven_rotor.hpp"
 
 namespace whirl::identification {
@@ -74,6 +77,17 @@ TEST_F(DriveProperty, FreeRunOfAllSixStatesFollowsAnotherDrive) {
   const Recording run = simulate_drive(model(), other);
   const Eigen::VectorXd& beta = other["beta"];
   EXPECT_LT((run["beta"] - beta).cwiseAbs().maxCoeff(), 0.01 * beta.maxCoeff());
+}
+
+TEST_F(DriveProperty, AnAngleThatComesBackEveryTurnIsValidatedAsTheStraightOne) {
+  const testing::DrivenRotor truth;
+  Recording other = testing::driven_record(truth, up_and_down(6000, 0.8), kDt, 0, 0, 5);
+  const ValidationRun straight = validate(model(), std::vector{other}).runs[0];
+  for (Channel& c : other.channels)
+    if (c.name == "beta") c.samples = c.samples.unaryExpr([](double b) { return std::fmod(b, 2 * std::numbers::pi); });
+  const ValidationRun wrapped = validate(model(), std::vector{other}).runs[0];
+  EXPECT_NE(wrapped.summary.status, Status::unusable);
+  EXPECT_NEAR(wrapped.general.scores.back().rmse, straight.general.scores.back().rmse, 1e-6);
 }
 
 TEST(Drive, WhatARecordCannotTellIsJoinedAndSaid) {

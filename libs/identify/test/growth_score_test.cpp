@@ -24,7 +24,7 @@ TEST(RotorCandidates, ANameOfAModeHoldsWhenAnotherIsTaken) {
   const Growth two = with_term(with_term(one, {&terms::mode(), 4}, true), {&terms::decay(), 2}, true);
   ASSERT_EQ(two.start.modes.size(), 2U);
   EXPECT_DOUBLE_EQ(two.start.modes[1].omega, 2 * std::numbers::pi * 60);
-  EXPECT_DOUBLE_EQ(two.active.decays[1].omega, 2 * std::numbers::pi * 60);
+  EXPECT_DOUBLE_EQ(two.active.modes.decays[1].omega, 2 * std::numbers::pi * 60);
 }
 
 /// Columns and a residual of white noise, drawn with a seed.

@@ -26,7 +26,7 @@ SindyOptions second_order(const char* state, std::vector<std::string> library) {
   o.order = 2;
   o.library = std::move(library);
   o.hidden = 1;
-  o.find_timing = false;
+  o.timing.find = false;
   return o;
 }
 

@@ -156,7 +156,7 @@ TEST(IllPosedSecondOrder, IsDiagnosed) {
   for (const Spoiler& s : spoilers) {
     Recording r = good_general();
     s.spoil(r);
-    const std::string text = diagnosis([&] { return identify_second_order(r, "x", "u"); });
+    const std::string text = diagnosis([&] { return identify_second_order(r, {.output = "x"}); });
     EXPECT_NE(text.find(s.reason), std::string::npos) << s.name << ": '" << text << "'";
   }
 }

@@ -43,7 +43,7 @@ TEST_P(MichaelisMentenProperty, ExactTermsAtOnePercent) {
   SindyOptions o;
   o.states = {"x"};
   o.library = {"1", "x", "x^2", "x^3"};
-  o.denominators = {"x", "x^2", "x^3"};
+  o.equations.denominators = {"x", "x^2", "x^3"};
   const IdentifiedModel model = fit_rational(enzyme(0.01, GetParam()), o);
   ASSERT_NE(model.summary.status, Status::unusable);
   ASSERT_EQ(model.parameters.size(), 3u);
@@ -61,7 +61,7 @@ TEST(Rational, RefusesWhatItIsNotFor) {
   SindyOptions o;
   o.states = {"x"};
   o.library = {"1", "x"};
-  o.denominators = {"x"};
+  o.equations.denominators = {"x"};
   o.order = 2;
   EXPECT_THROW(fit_rational(enzyme(0, 1), o), Error);
 }

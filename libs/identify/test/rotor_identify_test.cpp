@@ -221,7 +221,7 @@ TEST(IdentifyRotorReference, SensorDelayAndRunoutAreFoundBesideTheUnbalance) {
     EXPECT_LT(std::abs(e.e), 0.2);
     EXPECT_LT(std::abs(e.phase), 0.3);
     EXPECT_LT(r.chi_square_weak, 1.3);
-    EXPECT_EQ(r.active.runout_harmonics, 2);
+    EXPECT_EQ(r.active.probes.runout_harmonics, 2);
     EXPECT_NEAR(r.model.parameter("runout1+_re")->value, 3e-5 * std::cos(0.4), 1e-6);
     EXPECT_NEAR(r.model.parameter("runout2-_re")->value, 0.5e-5, 1e-6);
   };
@@ -233,7 +233,7 @@ TEST(IdentifyRotorReference, SensorDelayAndRunoutAreFoundBesideTheUnbalance) {
   options.sensor_delay = 5e-4;
   found = identify_rotor_detailed({rotor_record(data, options)});
   check(found);
-  EXPECT_FALSE(found.active.delay);
+  EXPECT_FALSE(found.active.clock.delay);
   EXPECT_EQ(found.model.summary.status, Status::ok);
 }
 

@@ -74,7 +74,7 @@ TEST(SilverboxReference, CubicWithOffsetThenStructureFoundByTheTool) {
   SecondOrderOptions linear;
   linear.library = {"1", "y", "y'", "u"};
   linear.max_added = 0;
-  const IdentifiedModel line = identify_second_order(train, "y", "u", linear);
+  const IdentifiedModel line = identify_second_order(train, linear);
   const auto [line_test, line_arrow] = errors(line);
   print("linear", line, line_test, line_arrow);
   EXPECT_LE(line_test, 7.1e-3);
@@ -82,7 +82,7 @@ TEST(SilverboxReference, CubicWithOffsetThenStructureFoundByTheTool) {
   // Sparse regression alone finds the structure y', y, y^3, u, 1.
   SecondOrderOptions plain;
   plain.refine = false;
-  const IdentifiedModel sparse = identify_second_order(train, "y", "u", plain);
+  const IdentifiedModel sparse = identify_second_order(train, plain);
   const auto [sparse_test, sparse_arrow] = errors(sparse);
   print("sparse", sparse, sparse_test, sparse_arrow);
   EXPECT_EQ(sparse.equations[1].terms.size(), 5u);
@@ -90,7 +90,7 @@ TEST(SilverboxReference, CubicWithOffsetThenStructureFoundByTheTool) {
 
   SecondOrderOptions five;
   five.max_added = 0;
-  const IdentifiedModel cubic = identify_second_order(train, "y", "u", five);
+  const IdentifiedModel cubic = identify_second_order(train, five);
   const auto [cubic_test, cubic_arrow] = errors(cubic);
   print("cubic + offset", cubic, cubic_test, cubic_arrow);
   EXPECT_LE(cubic_test, 0.35e-3);
@@ -99,7 +99,7 @@ TEST(SilverboxReference, CubicWithOffsetThenStructureFoundByTheTool) {
   EXPECT_NEAR(coefficient_of(cubic, "y^3") / -7.44e5, 1, 0.03);
   EXPECT_NEAR(cubic.parameter("f0")->value, 68.44, 0.1);
 
-  const IdentifiedModel found = identify_second_order(train, "y", "u");
+  const IdentifiedModel found = identify_second_order(train);
   const auto [found_test, found_arrow] = errors(found);
   print("structure found", found, found_test, found_arrow);
   EXPECT_LE(found_test, 0.30e-3);
@@ -174,9 +174,9 @@ TEST(RefineProperty, SensitivitiesAreTheDerivativeOfTheFreeRun) {
 
 TEST(SecondOrder, BadInputIsToldByName) {
   Recording r = drive(0.01, 1000);
-  EXPECT_THROW(identify_second_order(r, "y", "u"), Error);
+  EXPECT_THROW(identify_second_order(r), Error);
   r.add("y", Quantity::displacement, Eigen::VectorXd::Random(1000));
-  EXPECT_THROW(identify_second_order(r, "y", "u", {.library = {"1", "q"}, .solver = {}, .candidates = {}}), Error);
+  EXPECT_THROW(identify_second_order(r, {.library = {"1", "q"}, .solver = {}, .candidates = {}}), Error);
 }
 
 }  // namespace

@@ -130,8 +130,8 @@ TEST(FitSindy, KnownEquationsGapsAndSeveralRecords) {
   }
   for (Channel& c : second.channels) c.samples = c.samples.tail(900).eval();
   SindyOptions o = options_for(s);
-  o.known = {{"x'", {{"v", {1, 0, 1, 1}, ""}}}};
-  o.library_of["v'"] = {"x", "v", "x^2", "x^3", "v^3", "1"};
+  o.equations.known = {{"x'", {{"v", {1, 0, 1, 1}, ""}}}};
+  o.equations.library_of["v'"] = {"x", "v", "x^2", "x^3", "v^3", "1"};
   const IdentifiedModel m = fit_sindy({first, second}, o);
   EXPECT_EQ(coefficient(m, "x'", "v"), 1);
   EXPECT_EQ(support(m, "v'"), (std::vector<std::string>{"v", "x", "x^3"}));
@@ -264,19 +264,19 @@ TEST(FitSindy, ASearchThatIsCutShortSaysSo) {
   const testing::ZooSystem s = system("Duffing forced");
   const Recording r = testing::zoo_record(s, 0.01, 2);
   SindyOptions o = options_for(s);
-  o.max_passes = 3;  // enough for the terms to settle, not for the trial of others
+  o.search.max_passes = 3;  // enough for the terms to settle, not for the trial of others
   const IdentifiedModel right = fit_sindy({r}, o);
   EXPECT_EQ(right.summary.status, Status::warning);
   EXPECT_NE(warnings(right).find("cut short after 3 passes"), std::string::npos) << warnings(right);
   EXPECT_EQ(support(right, "v'"), support(s.truth, "v'"));
   SindyOptions driver;
   driver.states = {"x", "v", "u"};
-  driver.max_passes = 10;
+  driver.search.max_passes = 10;
   const IdentifiedModel wrong = fit_sindy({r}, driver);
   EXPECT_EQ(wrong.summary.status, Status::unusable);
   EXPECT_NE(warnings(wrong).find("after 10 passes over the free runs terms still come and go"), std::string::npos)
       << warnings(wrong);
-  o.max_passes = 0;
+  o.search.max_passes = 0;
   EXPECT_THROW(fit_sindy({r}, o), Error);
 }
 
@@ -301,7 +301,7 @@ TEST(FitSindy, BadInputIsToldByName) {
   o.library = {"x", "q"};
   EXPECT_THROW(fit_sindy({r}, o), Error);
   o = options_for(s);
-  o.library_of["z'"] = {"x"};
+  o.equations.library_of["z'"] = {"x"};
   EXPECT_THROW(fit_sindy({r}, o), Error);
   Recording other = r;
   other.dt *= 2;

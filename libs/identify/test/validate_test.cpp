@@ -55,6 +55,20 @@ TEST(ValidateReference, AddedMassIsPredictedFromItsEccentricityVector) {
   }
 }
 
+// A run-up rides the hardening branch: near the unbalance of the model no other one follows it better.
+TEST(ValidateReference, AnUnbalanceFarFromTheModelsIsFoundThroughTheFold) {
+  ValidateOptions options;
+  options.unbalance = UnbalanceSource::refitted;
+  for (const double times : {0.7, 1.4, 3.0}) {
+    for (const double turned : {1.0, 2.0, 3.0}) {
+      RotorModel truth = rotor_a();
+      truth.eps *= std::polar(times, turned);
+      const Validation v = held_out(truth, {5, 25, 25, 0, 1e-3}, options);
+      EXPECT_LT(std::abs(v.eps - truth.eps), 0.01 * std::abs(truth.eps)) << times << ' ' << turned;
+    }
+  }
+}
+
 TEST(ValidateReference, RunUpAtTheEdgeOfTheFoldIsFlagged) {
   RotorModel truth = rotor_a();
   truth.eps += added_mass(2.5);

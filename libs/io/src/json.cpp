@@ -366,6 +366,7 @@ Json to_json(const Summary& s) {
                       .set("amounts", std::move(amounts)));
   }
   out.set("chi_square", s.chi_square).set("trust", s.trust).set("warnings", s.warnings);
+  if (!s.reason.empty()) out.set("reason", s.reason);
   if (!s.notes.empty()) out.set("notes", s.notes);
   return std::move(out.set("findings", std::move(findings)));
 }
@@ -414,6 +415,11 @@ Summary read_summary(const JsonReader& in) {
   s.chi_square = in.at("chi_square").number_or_nan();
   s.trust = one_line(in.at("trust").text());
   for (const JsonReader& w : in.at("warnings").items()) s.warnings.push_back(one_line(w.text()));
+  if (in.has("reason"))
+    s.reason = one_line(in.at("reason").text());
+  else if (s.status == Status::unusable &&
+           !s.warnings.empty())  // files of earlier versions: the last one is the reason
+    s.reason = s.warnings.back();
   if (in.has("notes"))
     for (const JsonReader& n : in.at("notes").items()) s.notes.push_back(one_line(n.text()));
   if (in.has("findings"))  // files of earlier versions have none

@@ -13,6 +13,7 @@
 
 #include "formats/format.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 #include "whirl/io/file.hpp"
 
 namespace whirl::io {
@@ -20,15 +21,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
 /// Ending in lower case, without .gz.
 std::string ending(fs::path path) {
-  if (lower(path.extension().string()) == ".gz") path.replace_extension();
-  return lower(path.extension().string());
+  if (small_letters(path.extension().string()) == ".gz") path.replace_extension();
+  return small_letters(path.extension().string());
 }
 
 std::string first_bytes(const fs::path& path) {
@@ -153,7 +149,7 @@ std::string file_kind(const fs::path& path) {
   const std::string_view plain = text.substr(first);
   if (plain.starts_with("{") || plain.starts_with("[{")) return kind_of_json(plain);
   if (plain.starts_with("-1\n") || plain.starts_with("-1\r") || plain.starts_with("-1 ")) return "universal file";
-  const std::string start = lower(std::string(plain.substr(0, 1024)));
+  const std::string start = small_letters(std::string(plain.substr(0, 1024)));
   if (start.find("<svg") != std::string::npos) return "SVG";
   if (start.starts_with("<!doctype html") || start.starts_with("<html")) return "HTML";
   if (start.find("application_context") != std::string::npos || start.find("<atfx_file") != std::string::npos)

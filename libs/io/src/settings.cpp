@@ -156,6 +156,19 @@ struct Settings::State {
     return found;
   }
 
+  /// Refuses a key of the table that is one of those asked for but for an unknown unit: what depends on it is no use.
+  void require_units(std::string_view table) const {
+    for (const Entry& e : entries) {
+      if (e.table != table || e.used || split_unit(e.key).unit != nullptr) continue;
+      for (const std::string& asked : known) {
+        const auto [place, key] = split_path(asked);
+        const NameWithUnit wanted = split_unit(key);
+        if (place == table && wanted.unit != nullptr && e.key.starts_with(wanted.name + "_"))
+          fail(e, "unknown unit; allowed units: " + allowed_units(wanted.unit->quantity));
+      }
+    }
+  }
+
   double number_of(const Entry& e) const {
     e.used = true;
     const auto number = as_number(e.value);
@@ -217,6 +230,7 @@ double Settings::number(std::string_view path, Quantity quantity, double fallbac
   if (!(*value >= low && *value <= high)) {
     const auto [table, name] = split_path(path);
     const auto [entry, unit] = state_->find(table, name, quantity);
+    state_->require_units(table);
     state_->fail(*entry, fmt::format("must be between {:g} and {:g}{}{}", low, high,
                                      quantity == Quantity::dimensionless ? "" : " ",
                                      quantity == Quantity::dimensionless ? "" : si_unit(quantity)));
@@ -357,6 +371,10 @@ void Settings::finish() const {
     std::string hint;
     if (const std::string near = nearest(e.path(), state_->known); !near.empty()) {
       hint = fmt::format("did you mean '{}'?", near);
+    } else if (const auto below =
+                   std::ranges::find(state_->known, e.key, [](auto& key) { return split_path(key).name; });
+               e.table.empty() && below != state_->known.end()) {
+      hint = fmt::format("it belongs under [{}]", split_path(*below).table);
     } else {
       for (const std::string& key : state_->known) {
         if (split_path(key).table == e.table)

@@ -11,6 +11,7 @@
 #include "formats/parts/rows.hpp"
 #include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 #include "whirl/io/remarks.hpp"
 
 namespace whirl::io {
@@ -161,8 +162,9 @@ std::pair<Quantity, Eigen::VectorXd> in_si(const Chosen& chosen, const SignalFil
 void require_channels(const Recording& recording, const std::vector<std::string>& required) {
   for (const std::string& text : required) {
     const NameWithUnit split = split_unit(text);
-    const Channel* channel = recording.find(split.unit != nullptr ? split.name : text);
-    if (channel == nullptr || (split.unit != nullptr && channel->quantity != split.unit->quantity)) recording.at(text);
+    const Channel& channel = recording.at(split.unit != nullptr ? split.name : text);
+    if (split.unit != nullptr && channel.quantity != split.unit->quantity)
+      throw Error::in_file(recording.source, 0, quantity_problem(channel.name, channel.quantity, split.unit->quantity));
   }
 }
 
@@ -197,7 +199,7 @@ Recording recording_of(const SignalFile& file, const CsvOptions& options) {
                       signal.name, signal.value.size(), 1 / step, recording.channels.front().name));
     }
     auto [quantity, value] = in_si(chosen[i], file);
-    std::string name = choice.name;
+    std::string name = channel_role(choice.name);
     if (name.empty() || recording.has(name)) name += fmt::format("#{}", i + 1);
     recording.add(std::move(name), quantity, std::move(value));
   }

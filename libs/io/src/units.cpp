@@ -12,6 +12,7 @@
 
 #include "formats/usual_unit.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/core/names.hpp"
 
 namespace whirl::io {
 namespace {
@@ -86,17 +87,13 @@ constexpr std::array kUnits{
     UnitSuffix{"1_s", Q::rate},
     UnitSuffix{"1_s2", Q::rate_squared},
     UnitSuffix{"N_V", Q::force_constant},
+    UnitSuffix{"m2_s2", Q::specific_energy},
+    UnitSuffix{"m2_s3", Q::specific_power},
     // Second readings, found only when the quantity is asked for.
     UnitSuffix{"hz", Q::angular_velocity, kTwoPi},
     UnitSuffix{"Hz", Q::angular_velocity, kTwoPi},
     UnitSuffix{"rpm", Q::frequency, 1, 60},
 };
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return std::tolower(c); });
-  return out;
-}
 
 }  // namespace
 
@@ -154,7 +151,7 @@ std::string allowed_units(Quantity quantity) {
 }
 
 std::string_view usual_unit(std::string_view name) {
-  const std::string word = lower(name);
+  const std::string word = small_letters(name);
   const auto is = [&](std::initializer_list<std::string_view> words) {
     return std::find(words.begin(), words.end(), word) != words.end();
   };
@@ -167,6 +164,16 @@ std::string_view usual_unit(std::string_view name) {
   return "mm";
 }
 
+std::string quantity_problem(std::string_view column, Quantity is, Quantity wanted) {
+  const auto named = [](Quantity q) {
+    const std::string_view name = to_string(q);
+    return q == Quantity::dimensionless ? std::string("number without a unit")
+                                        : fmt::format("{} {}", name.front() == 'a' ? "an" : "a", name);
+  };
+  return fmt::format("column '{}' is {}, must be {}; allowed units: {}", column, named(is), named(wanted),
+                     allowed_units(wanted));
+}
+
 std::string unit_problem(std::string_view name) {
   const std::size_t at = name.find('_', 1);
   if (at == std::string_view::npos) {
@@ -177,7 +184,7 @@ std::string unit_problem(std::string_view name) {
   const std::string_view suffix = name.substr(name.rfind('_') + 1);
   std::string hint;
   for (const UnitSuffix& u : kUnits) {
-    if (lower(u.suffix) == lower(suffix)) hint = fmt::format(" (did you mean '{}'?)", u.suffix);
+    if (small_letters(u.suffix) == small_letters(suffix)) hint = fmt::format(" (did you mean '{}'?)", u.suffix);
   }
   return fmt::format("'{}' has the unknown unit '{}'{}; allowed units: {}", name, suffix, hint, allowed_units());
 }
@@ -185,9 +192,9 @@ std::string unit_problem(std::string_view name) {
 std::string nearest(std::string_view word, std::span<const std::string> candidates) {
   std::string best;
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2);
-  const std::string w = lower(word);
+  const std::string w = small_letters(word);
   for (const std::string& candidate : candidates) {
-    const std::string c = lower(candidate);
+    const std::string c = small_letters(candidate);
     // Edit distance in which two neighbours that changed places count once; three rows at a time.
     std::vector<std::size_t> before(c.size() + 1), last(c.size() + 1), row(c.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});

@@ -75,8 +75,9 @@ TEST(CsvHeader, AUnitAgainstThatOfTheHeaderIsRefused) {
     CsvOptions options;
     options.columns = {"t_s", name + ":x_um"};
     const std::string error = csv_header_error(text, options);
-    EXPECT_THAT(error, AllOf(HasSubstr(name + ":x_um"), HasSubstr(name + ":x_um*1"))) << header;
-    EXPECT_THAT(error, HasSubstr(header.find("V") != header.npos ? "says V" : "says mm")) << header;
+    const bool volts = header.find("V") != header.npos;
+    EXPECT_THAT(error, AllOf(HasSubstr(name + ":x_um"), HasSubstr(name + (volts ? ":x_um*FACTOR" : ":x_um*1"))));
+    EXPECT_THAT(error, HasSubstr(volts ? "says V, so FACTOR is the calibration in um per V" : "says mm")) << header;
     options.columns = {"t_s", name + ":x_um*1"};
     EXPECT_DOUBLE_EQ(parse_csv(text, "a.csv", options)["x"][0], 8e-6) << header;
   }
@@ -84,9 +85,19 @@ TEST(CsvHeader, AUnitAgainstThatOfTheHeaderIsRefused) {
   EXPECT_DOUBLE_EQ(parse_csv("t_s,ch_1\n0,8\n1,4\n", "a.csv", {.columns = {"t_s", "ch_1:x_mm"}})["x"][0], 8e-3);
 }
 
+// Channels that have a part to play are known in any letters, and a speed in turns a second is one too.
+TEST(CsvHeader, PartsAreKnownInAnyLetters) {
+  const Recording r = parse_csv("Time [s],Beta [rad],Keyphasor [V],Pump_A [mm]\n0,1,0,1\n1,2,5,2\n", "a.csv");
+  for (const char* name : {"beta", "Beta", "keyphasor", "Keyphasor", "Pump_A"}) EXPECT_TRUE(r.has(name)) << name;
+  EXPECT_FALSE(r.has("pump_a"));
+  EXPECT_NEAR(parse_table("Speed [Hz],amp_um\n25,1\n26,1\n", "a.csv").in("speed", Quantity::angular_velocity)[0],
+              157.08, 0.01);
+}
+
 // Whoever names the probes wants the file's own time with them.
 TEST(CsvHeader, TheTimeNeedNotBeNamed) {
-  for (const std::string header : {"t_s,left_um,right_um\n", "Time [s],left [um],right [um]\n"}) {
+  for (const std::string header :
+       {"t_s,left_um,right_um\n", "Time [s],left [um],right [um]\n", "Zeit [s],left [um],right [um]\n"}) {
     const std::string text = header + "0,1500,2\n0.1,1501,4\n0.2,1502,6\n";
     CsvOptions options;
     options.columns = {"3:x_um"};

@@ -8,8 +8,10 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <random>
+#include <regex>
 
 #include "whirl/io/file.hpp"
 #include "whirl/io/model_json.hpp"
@@ -70,6 +72,19 @@ TEST(ModelJson, IdentifiedModelRoundTripsAndHoldsTheContractKeys) {
   EXPECT_DOUBLE_EQ(in.at("parameters").at("e").at("value").number(), 5e-4);
   EXPECT_EQ(in.at("equations").items()[0].at("terms").items()[1].at("coefficient").number(), -1e7);
   EXPECT_EQ(in.at("summary").at("chi_square").number(), 1.02);
+}
+
+TEST(ModelJson, TheReasonOfAFailureIsKeptAndThatOfAnEarlierFileIsItsLastWarning) {
+  IdentifiedModel m = rotor_model();
+  m.summary.fail("no passage");
+  m.summary.warn("few samples");
+  const Json written = to_json(m);
+  EXPECT_EQ(JsonReader(written, "a.json").at("summary").at("reason").text(), "no passage");
+  const auto file = std::filesystem::path(::testing::TempDir()) / "reason.json";
+  save(file, m);
+  EXPECT_EQ(load<IdentifiedModel>(file).summary.reason, "no passage");
+  std::ofstream(file) << std::regex_replace(written.dump(), std::regex("\"reason\"\\s*:\\s*\"no passage\",?"), "");
+  EXPECT_EQ(load<IdentifiedModel>(file).summary.reason, "few samples");
 }
 
 TEST(ModelJson, CovarianceOfTheParametersRoundTripsAndMustFit) {

@@ -99,15 +99,15 @@ TEST(BlowAgreementProperty, CleanSetsAreNotAccused) {
 }
 
 TEST(BlowAgreement, ExcludedBlowsAreNotAveraged) {
-  const auto reports = judge(blows(7), {.exclude = {2, 4}});
+  const auto reports = judge(blows(7), {.exclude = {.blows = {2, 4}}});
   for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(reports[i].used, i != 1 && i != 3);
-  EXPECT_THROW(judge(blows(7), {.exclude = {6}}), std::exception);
+  EXPECT_THROW(judge(blows(7), {.exclude = {.blows = {6}}}), std::exception);
 }
 
 TEST(BlowAgreement, OddBlowsAreKeptWhenAsked) {
   auto damaged = blows(8);
   damaged[2].channels[1].samples *= -1;
-  const auto reports = judge(damaged, {.drop_odd = false});
+  const auto reports = judge(damaged, {.exclude = {.odd = false}});
   EXPECT_TRUE(reports[2].used);
   EXPECT_FALSE(reports[2].disagreements.empty());
 }
@@ -207,7 +207,7 @@ TEST(BlowDamage, OneBlowAloneIsRefusedByName) {
   } catch (const std::exception& e) {
     EXPECT_NE(std::string(e.what()).find("a reads 0"), std::string::npos) << e.what();
   }
-  EXPECT_EQ(judge(records, {.drop_overloads = false})[0].damage.size(), 1u);
+  EXPECT_EQ(judge(records, {.exclude = {.overloads = false}})[0].damage.size(), 1u);
 }
 
 }  // namespace

@@ -79,13 +79,13 @@ double error(const whirl::FrequencyResponse& frf) {
 }
 
 TEST(FrfReference, WindowedImpactGivesTheExactFrfSeenThroughTheWindow) {
-  const auto clean = whirl::modal::estimate_frf({simulate({{0.1, 200}}, 2, 0, 1)}, {.window_end = 0.01});
+  const auto clean = whirl::modal::estimate_frf({simulate({{0.1, 200}}, 2, 0, 1)}, {.window = {.end = 0.01}});
   EXPECT_LT(error(clean), 1e-3);
   EXPECT_EQ(clean.kind, whirl::FrfKind::receptance);
   EXPECT_NEAR(clean.window_decay, std::log(100) / (clean.frequency[1] > 0 ? 1 / clean.frequency[1] : 1), 1e-6);
-  const auto noisy = whirl::modal::estimate_frf({simulate({{0.1, 200}}, 2, 1e-3, 1)}, {.window_end = 0.01});
+  const auto noisy = whirl::modal::estimate_frf({simulate({{0.1, 200}}, 2, 1e-3, 1)}, {.window = {.end = 0.01}});
   EXPECT_LT(error(noisy), 0.033);
-  const auto unwindowed = whirl::modal::estimate_frf({simulate({{0.1, 200}}, 8, 0, 1)}, {.window_force = false});
+  const auto unwindowed = whirl::modal::estimate_frf({simulate({{0.1, 200}}, 8, 0, 1)}, {.window = {.force = false}});
   EXPECT_LT(error(unwindowed), 1e-3);
 }
 
@@ -115,7 +115,7 @@ TEST(FrfProperty, StatedVarianceIsTheScatterOverRepeatedMeasurements) {
   for (unsigned run = 0; run < 60; ++run) {
     std::vector<whirl::Recording> blows;
     for (unsigned i = 0; i < 5; ++i) blows.push_back(simulate({{0.05, 150}}, 1, 5e-3, 1000 + 10 * run + i, 5e-4));
-    const auto frf = whirl::modal::estimate_frf(blows, {.window_force = true});
+    const auto frf = whirl::modal::estimate_frf(blows, {.window = {.force = true}});
     magnitude.push_back(std::abs(frf.channels[0].value[line]));
     stated += frf.channels[0].variance[line] / 60;
   }
@@ -136,7 +136,7 @@ TEST(Frf, CoherenceOfOneBlowIsUndefined) {
 TEST(Frf, SeveralBlowsOfOneRecordingAreCutAndAveraged) {
   const auto record = simulate({{0.5, 200}, {3.5, 150}, {6.5, 180}}, 9.5, 1e-3, 4);
   std::vector<whirl::modal::BlowReport> reports;
-  const auto frf = whirl::modal::estimate_frf({record}, {.duration = 2.5, .window_end = 0.01}, &reports);
+  const auto frf = whirl::modal::estimate_frf({record}, {.cut = {.duration = 2.5}, .window = {.end = 0.01}}, &reports);
   EXPECT_EQ(frf.averages, 3);
   ASSERT_EQ(reports.size(), 3u);
   EXPECT_NEAR(reports[1].time, 3.5, 2e-4);
@@ -160,8 +160,8 @@ TEST(FrfProperty, SecondHitIsFoundFrom5To300MsWhateverTheRecordLength) {
 
 TEST(Frf, ReboundInsideTheRecordDoesNotSpoilH1) {
   std::vector<whirl::modal::BlowReport> reports;
-  const auto frf =
-      whirl::modal::estimate_frf({simulate({{0.1, 200}, {0.128, 70}}, 4, 2e-4, 3)}, {.window_end = 0.01}, &reports);
+  const auto frf = whirl::modal::estimate_frf({simulate({{0.1, 200}, {0.128, 70}}, 4, 2e-4, 3)},
+                                              {.window = {.end = 0.01}}, &reports);
   EXPECT_EQ(reports[0].second_hits.size(), 1u);
   EXPECT_TRUE(reports[0].used);
   EXPECT_LT(error(frf), 0.033);
@@ -180,7 +180,7 @@ TEST(FrfProperty, ClippingOfTwoSamplesOrMoreIsFound) {
     auto bad = record;
     bad.channels[0].samples = f;
     EXPECT_THROW(whirl::modal::estimate_frf({bad}), whirl::Error);
-    EXPECT_EQ(whirl::modal::estimate_frf({bad}, {.drop_overloads = false}).averages, 1);
+    EXPECT_EQ(whirl::modal::estimate_frf({bad}, {.exclude = {.overloads = false}}).averages, 1);
   }
   EXPECT_TRUE(whirl::modal::check_blow(record["hammer"], record.dt, 200).overload);
 }
@@ -199,9 +199,9 @@ TEST(Frf, BadInputIsAnError) {
   EXPECT_THROW(whirl::modal::estimate_frf({}), whirl::Error);
   EXPECT_THROW(whirl::modal::estimate_frf({record}, {.force = "none"}), whirl::Error);
   EXPECT_THROW(whirl::modal::estimate_frf({record}, {.force = "disk:+X"}), whirl::Error);  // a displacement
-  EXPECT_THROW(whirl::modal::estimate_frf({record}, {.window_end = 0}), whirl::Error);
+  EXPECT_THROW(whirl::modal::estimate_frf({record}, {.window = {.end = 0}}), whirl::Error);
   for (const double shorter : {1e-300, 0.4 * record.dt, 15 * record.dt})
-    EXPECT_THROW(whirl::modal::estimate_frf({record}, {.duration = shorter}), whirl::Error) << shorter;
+    EXPECT_THROW(whirl::modal::estimate_frf({record}, {.cut = {.duration = shorter}}), whirl::Error) << shorter;
   auto volts = record;
   volts.channels[1].quantity = whirl::Quantity::voltage;
   EXPECT_THROW(whirl::modal::estimate_frf({volts}), whirl::Error);

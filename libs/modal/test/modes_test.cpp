@@ -76,7 +76,7 @@ TEST(ModesReference, MeasuredBlowGivesTheSameDampingWithAndWithoutWindow) {
   options.poles.band_low = 20;
   options.poles.band_high = 3000;
   for (double window_end : {1.0, 0.01}) {
-    const auto frf = whirl::modal::estimate_frf({blow}, {.window_end = window_end});
+    const auto frf = whirl::modal::estimate_frf({blow}, {.window = {.end = window_end}});
     const auto model = whirl::modal::fit_modes(frf, options);
     const auto* first = mode_near(model, 695.75);
     const auto* second = mode_near(model, 1898.05);

@@ -105,7 +105,7 @@ TEST(RovingBlows, TheFlagForOddBlowsAveragesThemAll) {
   Structure plate(7);
   std::vector<Recording> points;
   for (int p = 0; p < 5; ++p) points.push_back(plate.point(2, 0.01));
-  EXPECT_EQ(whirl::modal::estimate_frf(points, {.drop_odd = false}).averages, 10);
+  EXPECT_EQ(whirl::modal::estimate_frf(points, {.exclude = {.odd = false}}).averages, 10);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/pages/text/findings.hpp"
 #include "whirl/pages/vibration_tables.hpp"
+#include "whirl/signal/tacho.hpp"
 
 namespace whirl::pages {
 namespace {
@@ -39,6 +40,24 @@ diagnosis::VibrationFindings vibration_of_table(const Recording& record) {
   } catch (const Error&) {
     return {};
   }
+}
+
+/// Of channels that look like a tacho's by their levels and their even pattern, but not by their name, how to use them.
+std::vector<std::string> unnamed_pulses(const Recording& record) {
+  std::vector<std::string> out;
+  for (const Channel& c : record.channels) {
+    const bool electric =
+        c.quantity == Quantity::voltage || c.quantity == Quantity::current || c.quantity == Quantity::dimensionless;
+    if (!electric || !c.samples.allFinite() || !signal::has_two_levels(c.samples)) continue;
+    try {
+      std::vector<std::string> said;
+      signal::angle_of_tacho(record, c.name, {}, said);
+      out.push_back(fmt::format("channel {0} looks like the pulses of a tacho; for the angle: --pulses {0}", c.name));
+    } catch (const Error&) {
+      continue;  // no pattern of a turning shaft
+    }
+  }
+  return out;
 }
 
 io::Json finding_json(const records::Finding& f) {
@@ -90,6 +109,8 @@ FileReport report_file(const io::SignalFile& file, const std::function<Recording
     const bool whole = std::ranges::all_of(record.channels, [](const Channel& c) { return c.samples.allFinite(); });
     try {
       if (whole) rotation = diagnosis::rotation_of(turning);
+      if (known && whole && !rotation)
+        for (std::string& said : unnamed_pulses(record)) report.info.findings.push_back(std::move(said));
     } catch (const Error& e) {
       report.info.findings.push_back(std::string("no 1X: ") + e.what());
     }

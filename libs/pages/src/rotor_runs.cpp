@@ -10,6 +10,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/rotation.hpp"
+#include "whirl/io/units.hpp"
 #include "whirl/shaft/centrifuge/accelerometers.hpp"
 #include "whirl/shaft/reduction.hpp"
 
@@ -137,7 +138,11 @@ shaft::OrderRun probe_run(const Recording& record, const shaft::Rotor& rotor, co
   std::vector<std::string> channels;
   for (const shaft::Probe& p : rotor.probes) {
     channels.push_back(channel_of(record, p.name));
-    if (!channels.back().empty()) continue;
+    if (!channels.back().empty()) {
+      if (const Channel& c = record.at(channels.back()); c.quantity != Quantity::displacement)
+        throw Error(record.source + ": " + io::quantity_problem(c.name, c.quantity, Quantity::displacement));
+      continue;
+    }
     std::string known;
     for (const Channel& c : record.channels) known += (known.empty() ? "" : ", ") + c.name;
     throw Error(fmt::format("{}: no channel '{}' of the [[probe]] of that name; the record has {}", record.source,

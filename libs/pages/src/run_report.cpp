@@ -15,8 +15,10 @@
 #include "whirl/identify/rotor_angle.hpp"
 #include "whirl/identify/validate.hpp"
 #include "whirl/io/provenance.hpp"
+#include "whirl/io/remarks.hpp"
 #include "whirl/pages/run_json.hpp"
 #include "whirl/pages/run_report_tables.hpp"
+#include "whirl/pages/steady_response.hpp"
 #include "whirl/pages/text/findings.hpp"
 #include "whirl/pages/text/standards.hpp"
 #include "whirl/pages/verdict.hpp"
@@ -261,7 +263,11 @@ class RunReport {
       doc_.figure(bode, "Bode plot of the 1X vectors. " + std::string(kBeats));
       doc_.figure(polar, "Polar plot of the same vectors.");
     }
-    if (!criticals().empty()) doc_.table(critical_table(criticals(), o_.service_speed));
+    if (criticals().empty()) return;
+    doc_.table(critical_table(criticals(), o_.service_speed));
+    const double lowest = std::ranges::min(criticals(), {}, &CriticalRow::critical).critical;
+    const std::string doubt = doubt_of_hertz("the service speed", o_.service_speed, o_.service_speed, lowest);
+    if (o_.service_speed > 0 && !doubt.empty()) io::remark("report", doubt);
   }
 
   std::string slow_roll_note() const {

@@ -67,13 +67,24 @@ response::Forcing free_forcing(const SteadyOptions& o, bool turning) {
 }
 
 void warn_of_hertz(const SteadyOptions& o, const RotorModel& rotor, Summary& summary) {
-  const double critical = rotor.natural_frequency(), low = o.curve.from / kRadPerSecPerRpm,
-               high = o.curve.to / kRadPerSecPerRpm;
-  if (std::max(o.curve.from, o.curve.to) >= critical / 12) return;
-  summary.warn(fmt::format(
-      "{:g} to {:g} rpm is far below the critical speed of {:.0f} rpm: is the range in Hz ({:.0f} to {:.0f} rpm)?", low,
-      high, critical / kRadPerSecPerRpm, 60 * low, 60 * high));
+  if (std::string doubt = doubt_of_hertz("the range", o.curve.from, o.curve.to, rotor.natural_frequency());
+      !doubt.empty())
+    summary.warn(std::move(doubt));
 }
+
+}  // namespace
+
+std::string doubt_of_hertz(const std::string& what, double low, double high, double critical) {
+  if (std::max(low, high) >= critical / 12) return "";
+  const auto range = [&](double factor) {
+    const double a = factor * low / kRadPerSecPerRpm, b = factor * high / kRadPerSecPerRpm;
+    return a == b ? fmt::format("{:g}", a) : fmt::format("{:g} to {:g}", a, b);
+  };
+  return fmt::format("{}, {} rpm, is far below the critical speed of {:.0f} rpm: is {} in Hz ({} rpm)?", what, range(1),
+                     critical / kRadPerSecPerRpm, what, range(60));
+}
+
+namespace {
 
 /// The motion that the sensors see: that of the equations and that of the further modes, which are linear, forced by
 /// the unbalance alone and not in the equations.

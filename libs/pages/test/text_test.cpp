@@ -57,6 +57,19 @@ TEST(IdentificationText, EvidenceSaysWhatIsNotKnown) {
   EXPECT_TRUE(holds(text, "to decide: a slow roll"));
 }
 
+TEST(IdentificationText, AnUnbalanceThatWasFittedToTheRunIsPrinted) {
+  identification::ValidationReport report;
+  report.runs.emplace_back();
+  report.runs[0].rotor = identification::Validation{};
+  report.runs[0].rotor->eps = {0, 3e-4};
+  const std::size_t plain = validation_table(report).columns.size();
+  report.runs[0].rotor->unbalance = identification::UnbalanceSource::refitted;
+  const report::Table table = validation_table(report);
+  ASSERT_EQ(table.columns.size(), plain + 2);
+  EXPECT_EQ(table.rows[0][8], "300");
+  EXPECT_EQ(table.rows[0][9], "90.0");
+}
+
 TEST(IdentificationText, AValidationThatTellsNothingOfTheWholeRunShowsADash) {
   identification::ValidationReport report;
   identification::ValidationRun run;

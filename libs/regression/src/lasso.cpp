@@ -209,11 +209,11 @@ double lasso_alpha_max(const Scaled& s) {
 
 std::vector<double> lasso_grid(double alpha_max, const SolveOptions& o) {
   const bool exact = o.method != "lasso_cd";
-  const double floor = o.path_floor > 0 ? o.path_floor : exact ? 1e-6 : 1e-4;
+  const double floor = o.lasso.path_floor > 0 ? o.lasso.path_floor : exact ? 1e-6 : 1e-4;
   std::vector<double> grid;
-  const int n = std::max(o.path_points, 2);
+  const int n = std::max(o.lasso.path_points, 2);
   for (int i = 0; i < n; ++i) grid.push_back(alpha_max * std::pow(floor, static_cast<double>(i) / (n - 1)));
-  if (exact && o.path_floor <= 0) grid.push_back(0);  // the exact path ends in least squares
+  if (exact && o.lasso.path_floor <= 0) grid.push_back(0);  // the exact path ends in least squares
   return grid;
 }
 
@@ -286,8 +286,9 @@ Eigen::VectorXd sqrt_lasso(const Scaled& s, const SolveOptions& o, double& param
   const double sigma_max = std::sqrt(s.rss(least_squares(s, s.keep)));
   const double lambda_max = sigma_max > 0 ? alpha_max / sigma_max : 0;
   const double q = static_cast<double>(s.candidates.size());
-  const double lambda = o.lambda >= 0 ? o.lambda * lambda_max
-                                      : 1.1 * normal_quantile(1 - 0.05 / (2 * std::max(q, 1.0))) / std::sqrt(s.rows);
+  const double lambda = o.lasso.lambda >= 0
+                            ? o.lasso.lambda * lambda_max
+                            : 1.1 * normal_quantile(1 - 0.05 / (2 * std::max(q, 1.0))) / std::sqrt(s.rows);
   parameter = lambda_max > 0 ? lambda / lambda_max : 1;
   const std::vector<LassoKnot> knots = lasso_path(s.g, s.c, 0, s.keep, s.sign);
   // alpha / sigma(alpha) falls along the path; the optimum has alpha = lambda sigma(alpha).

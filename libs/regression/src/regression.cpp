@@ -103,14 +103,15 @@ std::size_t choose(const Path& path, const Scaled& s, Selection rule) {
 Eigen::VectorXd ensemble(const Problem& problem, const Scaled& s, const SolveOptions& o, Eigen::VectorXd& inclusion) {
   const std::size_t n = problem.blocks.size();
   if (n < 2) throw Error("an ensemble needs a problem with at least 2 time blocks");
-  if (o.base == "ensemble") throw Error::in_field("ensemble base", o.base, "a method other than ensemble");
-  if (o.resamples < 1) throw Error::in_field("resamples", std::to_string(o.resamples), "at least 1");
+  if (o.ensemble.base == "ensemble")
+    throw Error::in_field("ensemble base", o.ensemble.base, "a method other than ensemble");
+  if (o.ensemble.resamples < 1) throw Error::in_field("resamples", std::to_string(o.ensemble.resamples), "at least 1");
   SolveOptions inner = o;
-  inner.method = o.base;
-  std::mt19937_64 engine(o.seed);
+  inner.method = o.ensemble.base;
+  std::mt19937_64 engine(o.ensemble.seed);
   std::uniform_int_distribution<std::size_t> pick(0, n - 1);
   Eigen::VectorXd kept = Eigen::VectorXd::Zero(s.size()), offered = Eigen::VectorXd::Zero(s.size());
-  for (int r = 0; r < o.resamples; ++r) {
+  for (int r = 0; r < o.ensemble.resamples; ++r) {
     std::vector<int> times(n, 0);
     for (std::size_t b = 0; b < n; ++b) ++times[pick(engine)];
     Problem sample;
@@ -127,10 +128,10 @@ Eigen::VectorXd ensemble(const Problem& problem, const Scaled& s, const SolveOpt
     }
     if (!(sample.total.energy > 0)) continue;
     Scaled t = scale(sample.total, inner, sample.information_rows());
-    if (o.drop_terms > 0) {
+    if (o.ensemble.drop_terms > 0) {
       std::vector<int> shuffled = t.candidates;
       std::shuffle(shuffled.begin(), shuffled.end(), engine);
-      shuffled.resize(shuffled.size() - std::min(shuffled.size(), static_cast<std::size_t>(o.drop_terms)));
+      shuffled.resize(shuffled.size() - std::min(shuffled.size(), static_cast<std::size_t>(o.ensemble.drop_terms)));
       std::sort(shuffled.begin(), shuffled.end());
       t.candidates = std::move(shuffled);
     }
@@ -142,7 +143,7 @@ Eigen::VectorXd ensemble(const Problem& problem, const Scaled& s, const SolveOpt
   std::vector<int> support;
   for (int j : all_terms(s)) {
     const bool forced = std::find(s.keep.begin(), s.keep.end(), j) != s.keep.end();
-    if (forced || inclusion[j] >= o.inclusion) support.push_back(j);
+    if (forced || inclusion[j] >= o.ensemble.inclusion) support.push_back(j);
   }
   return least_squares(s, support, o.ridge);
 }
@@ -200,14 +201,14 @@ Eigen::VectorXd run_method(const Problem& problem, const Scaled& s, const SolveO
     double found = 0;
     Eigen::VectorXd w = sqrt_lasso(s, o, found);
     if (parameter != nullptr) *parameter = found;
-    return o.debias ? least_squares(s, support_of(w)) : w;
+    return o.lasso.debias ? least_squares(s, support_of(w)) : w;
   }
   const bool lasso = m == "lasso" || m == "lasso_cd";
-  if (lasso && o.lambda >= 0) {
-    const double alpha = o.lambda * lasso_alpha_max(s);
+  if (lasso && o.lasso.lambda >= 0) {
+    const double alpha = o.lasso.lambda * lasso_alpha_max(s);
     const Eigen::VectorXd w = lasso_at(s, {alpha}, m == "lasso_cd").front();
-    if (parameter != nullptr) *parameter = o.lambda;
-    return o.debias ? least_squares(s, support_of(w)) : w;
+    if (parameter != nullptr) *parameter = o.lasso.lambda;
+    return o.lasso.debias ? least_squares(s, support_of(w)) : w;
   }
   const Selection rule = o.selection != Selection::automatic ? o.selection : lasso ? Selection::cv : Selection::bic;
   const bool validate = rule == Selection::cv || rule == Selection::cv_1se || (path_out != nullptr && lasso);
@@ -221,7 +222,7 @@ Eigen::VectorXd run_method(const Problem& problem, const Scaled& s, const SolveO
   const std::size_t best = choose(path, s, rule);
   if (parameter != nullptr) *parameter = path.parameter[best];
   Eigen::VectorXd w = path.w[best];
-  if (lasso && o.debias) w = least_squares(s, support_of(w));
+  if (lasso && o.lasso.debias) w = least_squares(s, support_of(w));
   if (path_out != nullptr) *path_out = std::move(path);
   return w;
 }
@@ -240,7 +241,7 @@ const std::vector<std::string>& regression_methods() {
 namespace {
 void check(const Problem& problem, const SolveOptions& o) {
   const auto& names = regression_methods();
-  for (const std::string& m : {o.method, o.base}) {
+  for (const std::string& m : {o.method, o.ensemble.base}) {
     if (std::find(names.begin(), names.end(), m) == names.end()) {
       throw Error::in_field("regression method", m, fmt::format("one of {}", fmt::join(names, ", ")));
     }
@@ -248,7 +249,7 @@ void check(const Problem& problem, const SolveOptions& o) {
   require_range("threshold", o.threshold, 0, 1);
   require_range("ridge", o.ridge, 0, 1e12);
   require_range("sr3 nu", o.sr3_nu, 1e-12, 1e12);
-  require_range("inclusion", o.inclusion, 0, 1);
+  require_range("inclusion", o.ensemble.inclusion, 0, 1);
   require_range("noise floor", o.noise_floor, 0, 1);
   const GramBlock& t = problem.total;
   if (t.gram.rows() != t.terms() || t.gram.cols() != t.terms() || t.terms() < 1) {

@@ -18,7 +18,7 @@ Scaled scale(const GramBlock& block, const SolveOptions& options, double rows) {
   s.rows = rows;
   s.floor = options.noise_floor;
   s.y_rms = block.rows > 0 ? std::sqrt(block.energy / block.rows) : 0;
-  s.sign = options.sign;
+  s.sign = options.rules.sign;
   if (!s.sign.empty() && s.sign.size() != static_cast<std::size_t>(q)) {
     throw Error(fmt::format("{} sign bounds for {} terms: must be as many, or none", s.sign.size(), q));
   }
@@ -26,7 +26,7 @@ Scaled scale(const GramBlock& block, const SolveOptions& options, double rows) {
   Eigen::VectorXd norm = block.gram.diagonal().cwiseMax(0.0).cwiseSqrt();
   const double y_norm = std::sqrt(block.energy);
   std::vector<char> kept(static_cast<std::size_t>(q), 0);
-  for (int j : options.keep) {
+  for (int j : options.rules.keep) {
     if (j < 0 || j >= q) throw Error::in_field("term to keep", std::to_string(j), fmt::format("0 to {}", q - 1));
     kept[static_cast<std::size_t>(j)] = 1;
   }

@@ -61,7 +61,7 @@ TEST(RegressionProperty, EveryMethodFindsAClearSupport) {
   const Problem p = make_problem(d.theta, d.y);
   for (const std::string& m : regression_methods()) {
     SolveOptions o{.method = m, .threshold = 0.05, .ridge = m == "ridge" ? 1e-9 : 0.0};
-    if (m == "lasso" || m == "lasso_cd") o.lambda = 0.02;
+    if (m == "lasso" || m == "lasso_cd") o.lasso.lambda = 0.02;
     const SparseFit fit = solve(p, o);
     if (m == "ols" || m == "ridge") {
       EXPECT_EQ(fit.support.size(), 9u) << m;
@@ -114,8 +114,8 @@ TEST(LassoProperty, HomotopyAndCoordinateDescentAgree) {
   const Data d = sample_data(400, 9, 2.0, 5);
   const Problem p = make_problem(d.theta, d.y);
   for (double lambda : {0.5, 0.1, 0.01, 0.0}) {
-    const SparseFit a = solve(p, {.method = "lasso", .lambda = lambda});
-    const SparseFit b = solve(p, {.method = "lasso_cd", .lambda = lambda});
+    const SparseFit a = solve(p, {.method = "lasso", .lasso = {.lambda = lambda}});
+    const SparseFit b = solve(p, {.method = "lasso_cd", .lasso = {.lambda = lambda}});
     EXPECT_EQ(a.support, b.support) << lambda;
     for (int j : a.support) EXPECT_NEAR(a.xi[j] / b.xi[j], 1, 1e-6) << lambda;
   }
@@ -130,7 +130,7 @@ TEST(LassoReference, OrthonormalColumnsAreSoftThresholded) {
   }
   const Eigen::VectorXd b = (Eigen::VectorXd(4) << 1.0, -0.5, 0.2, 0.0).finished();
   const Eigen::VectorXd y = theta * b;
-  const SparseFit fit = solve(make_problem(theta, y), {.method = "lasso", .lambda = 0.3});
+  const SparseFit fit = solve(make_problem(theta, y), {.method = "lasso", .lasso = {.lambda = 0.3}});
   EXPECT_NEAR(fit.xi[0], 0.7, 1e-12);
   EXPECT_NEAR(fit.xi[1], -0.2, 1e-12);
   EXPECT_EQ(fit.xi[2], 0);
@@ -139,9 +139,9 @@ TEST(LassoReference, OrthonormalColumnsAreSoftThresholded) {
 
 TEST(LassoProperty, KeptTermsCarryNoPenaltyAndBoundedTermsKeepTheirSign) {
   const Data d = sample_data(400, 9, 2.0, 6);
-  SolveOptions o{.method = "lasso", .lambda = 0.3};
-  o.keep = {0};
-  o.sign = {0, 0, 0, 0, 1, 0, 0, 0, 0};
+  SolveOptions o{.method = "lasso", .lasso = {.lambda = 0.3}};
+  o.rules.keep = {0};
+  o.rules.sign = {0, 0, 0, 0, 1, 0, 0, 0, 0};
   const SparseFit fit = solve(make_problem(d.theta, d.y), o);
   Eigen::VectorXd g, w;
   scaled_gradient(d, fit.xi, g, w);
@@ -237,7 +237,7 @@ TEST(StlsqProperty, EveryKeptTermHasAtLeastTheThresholdShare) {
   for (int j : fit.support) EXPECT_GE(std::abs(w[j]), 0.1);
   // Kept by rule although it is below.
   SolveOptions o{.method = "stlsq", .threshold = 0.1};
-  o.keep = {0};
+  o.rules.keep = {0};
   const SparseFit kept = solve(make_problem(d.theta, d.y), o);
   EXPECT_TRUE(std::count(kept.support.begin(), kept.support.end(), 0));
 }
@@ -245,7 +245,7 @@ TEST(StlsqProperty, EveryKeptTermHasAtLeastTheThresholdShare) {
 TEST(BoundedLeastSquaresProperty, KarushKuhnTuckerConditionsHold) {
   const Data d = sample_data(80, 9, 8.0, 13);
   SolveOptions o{.method = "ols"};
-  o.sign = {1, 1, 1, 1, 1, 1, 1, 1, 1};
+  o.rules.sign = {1, 1, 1, 1, 1, 1, 1, 1, 1};
   const SparseFit fit = solve(make_problem(d.theta, d.y), o);
   Eigen::VectorXd g, w;
   scaled_gradient(d, fit.xi, g, w);
@@ -309,7 +309,8 @@ TEST(EnsembleProperty, InclusionSeparatesTrueFromFalseTerms) {
 TEST(EnsembleProperty, LibraryBaggingCountsOnlyOfferedTerms) {
   const Data d = sample_data(2000, 9, 1.0, 20);
   const SparseFit fit =
-      solve(make_problem(d.theta, d.y), {.method = "ensemble", .threshold = 0.05, .resamples = 300, .drop_terms = 2});
+      solve(make_problem(d.theta, d.y),
+            {.method = "ensemble", .threshold = 0.05, .ensemble = {.resamples = 300, .drop_terms = 2}});
   for (int j : {1, 4, 6}) EXPECT_GE(fit.inclusion[j], 0.95) << j;
   EXPECT_LE(fit.inclusion.maxCoeff(), 1.0);
 }
@@ -376,7 +377,7 @@ TEST(Regression, BadInputIsToldByName) {
   EXPECT_THROW(solve(p, {.method = "magic"}), Error);
   EXPECT_THROW(solve(p, {.threshold = 2}), Error);
   SolveOptions o;
-  o.sign = {1, 0};
+  o.rules.sign = {1, 0};
   EXPECT_THROW(solve(p, o), Error);
   Problem no_blocks = p;
   no_blocks.blocks.clear();

@@ -1,44 +1,17 @@
 #include "whirl/rig/batch.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "normal.hpp"
 #include "tables.hpp"
+#include "vector_registers.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rig/sensor_response.hpp"
 
 namespace whirl::rig {
 
 namespace {
-
-// The widest vector of this processor; inside this file only, so that the interface does not depend on it.
-#if defined(__AVX512F__)
-constexpr int kWidth = 8;
-#elif defined(__AVX__)
-constexpr int kWidth = 4;
-#else
-constexpr int kWidth = 2;
-#endif
-typedef double Vector __attribute__((vector_size(kWidth * sizeof(double))));
-
-inline Vector load(const double* p) {
-  Vector v;
-  std::memcpy(&v, p, sizeof v);
-  return v;
-}
-inline void store(double* p, Vector v) { std::memcpy(p, &v, sizeof v); }
-
-// To the nearest multiple of lsb; exact for |v / lsb| < 2^51.
-inline Vector quantised(Vector v, double lsb) {
-  constexpr double kRound = 0x1.8p52;
-  return ((v * (1 / lsb) + kRound) - kRound) * lsb;
-}
-inline Vector clamped(Vector v, double limit) {
-  const Vector high = Vector{} + limit, low = -high;
-  v = v > high ? high : v;
-  return v < low ? low : v;
-}
 
 constexpr std::size_t kHistory = 64;  // ticks of commands and readings kept
 
@@ -48,6 +21,10 @@ template <int Lanes>
 struct BatchRig<Lanes>::State {
   struct Mode {
     Lane x, dx, y, dy;
+  };
+  template <class T>
+  struct Map {
+    T q_q, q_dq, q_f, q_c, dq_q, dq_dq, dq_f, dq_c;
   };
   struct Pair {
     Lane x, y;
@@ -71,6 +48,8 @@ struct BatchRig<Lanes>::State {
   std::vector<Mode> modes;
   /// What the sensor sees of a mode: linear in the force, its participation relative to lane 0 may stand here.
   std::vector<Lane> seen = std::vector<Lane>(modes.size());
+  /// As RigTables::mode_maps, where the lanes differ in the frequencies of their modes; empty: those of lane 0.
+  std::vector<std::vector<Map<Lane>>> lane_maps;
   std::array<Pair, kHistory> commands{};
   std::array<Pair, kHistory> readings{};
   SensorMemory<Lane> sensor_x, sensor_y;
@@ -97,15 +76,49 @@ struct BatchRig<Lanes>::State {
       actuator_gain[lane] = 1 + a.gain_error;
       axis_cos[lane] = std::cos(a.axis_rotation), axis_sin[lane] = std::sin(a.axis_rotation);
     }
+    own_frequencies();
     for (std::size_t i = 0; i < modes.size(); ++i) {
       for (int lane = 0; lane < Lanes; ++lane) {
         const RigMode &own_mode = own[static_cast<std::size_t>(lane)]->parameters.modes[i],
                       &first = tables->parameters.modes[i];
-        const double share = first.participation != 0 ? own_mode.participation / first.participation : 1;
+        const bool alike = lane_maps.empty() && first.participation != 0;
+        const double share = alike ? own_mode.participation / first.participation : 1;
         seen[i][lane] = own_mode.sensor_sign * share;
       }
     }
     restart(seeds);
+  }
+
+  void own_frequencies() {
+    const auto differs = [&](std::size_t i) {
+      return std::ranges::any_of(own, [&](const auto& r) {
+        return r->parameters.modes[i].frequency != tables->parameters.modes[i].frequency;
+      });
+    };
+    bool any = false;
+    for (std::size_t i = 0; i < modes.size(); ++i) any = any || differs(i);
+    if (!any) return;
+    for (std::size_t sub = 0; sub < tables->mode_maps.size(); ++sub) {
+      std::vector<Map<Lane>>& maps = lane_maps.emplace_back(modes.size());
+      for (std::size_t i = 0; i < modes.size(); ++i) {
+        for (int lane = 0; lane < Lanes; ++lane) {
+          const ModeMap& m = own[static_cast<std::size_t>(lane)]->mode_maps[sub][i];
+          Map<Lane>& to = maps[i];
+          to.q_q[lane] = m.q_q, to.q_dq[lane] = m.q_dq, to.q_f[lane] = m.q_f, to.q_c[lane] = m.q_c;
+          to.dq_q[lane] = m.dq_q, to.dq_dq[lane] = m.dq_dq, to.dq_f[lane] = m.dq_f, to.dq_c[lane] = m.dq_c;
+        }
+      }
+    }
+  }
+  Map<Vector> map_of(std::size_t sub, std::size_t i, int lane) const noexcept {
+    if (lane_maps.empty()) {
+      const ModeMap& m = tables->mode_maps[sub][i];
+      const auto all = [](double value) { return Vector{} + value; };
+      return {all(m.q_q), all(m.q_dq), all(m.q_f), all(m.q_c), all(m.dq_q), all(m.dq_dq), all(m.dq_f), all(m.dq_c)};
+    }
+    const Map<Lane>& m = lane_maps[sub][i];
+    const auto of = [lane](const Lane& l) { return load(&l.v[0] + lane); };
+    return {of(m.q_q), of(m.q_dq), of(m.q_f), of(m.q_c), of(m.dq_q), of(m.dq_dq), of(m.dq_f), of(m.dq_c)};
   }
 
   static constexpr std::size_t slot(long tick) { return static_cast<std::size_t>(tick) % kHistory; }
@@ -149,7 +162,7 @@ struct BatchRig<Lanes>::State {
         sy += sign * qy;
         continue;
       }
-      const ModeMap& m = tables->mode_maps[static_cast<std::size_t>(sub - 1)][i];
+      const Map<Vector> m = map_of(static_cast<std::size_t>(sub - 1), i, lane);
       const Vector tx = load(&target_x.v[0] + lane), ty = load(&target_y.v[0] + lane);
       sx += sign * (m.q_q * qx + m.q_dq * load(&modes[i].dx.v[0] + lane) + m.q_f * fx + m.q_c * tx);
       sy += sign * (m.q_q * qy + m.q_dq * load(&modes[i].dy.v[0] + lane) + m.q_f * fy + m.q_c * ty);
@@ -158,10 +171,9 @@ struct BatchRig<Lanes>::State {
 
   void propagate_modes(int lane) noexcept {
     const Vector fx = load(&force0_x.v[0] + lane), fy = load(&force0_y.v[0] + lane);
-    const std::vector<ModeMap>& maps = tables->mode_maps.back();
     const Vector tx = load(&target_x.v[0] + lane), ty = load(&target_y.v[0] + lane);
     for (std::size_t i = 0; i < modes.size(); ++i) {
-      const ModeMap& m = maps[i];
+      const Map<Vector> m = map_of(tables->mode_maps.size() - 1, i, lane);
       Mode& s = modes[i];
       const Vector qx = load(&s.x.v[0] + lane), dx = load(&s.dx.v[0] + lane);
       const Vector qy = load(&s.y.v[0] + lane), dy = load(&s.dy.v[0] + lane);
@@ -407,6 +419,10 @@ const typename BatchRig<Lanes>::Lane& BatchRig<Lanes>::true_x() const noexcept {
 template <int Lanes>
 const typename BatchRig<Lanes>::Lane& BatchRig<Lanes>::true_y() const noexcept {
   return state_->y;
+}
+template <int Lanes>
+const typename BatchRig<Lanes>::Lane& BatchRig<Lanes>::commanded_x() const noexcept {
+  return state_->played_x;
 }
 template <int Lanes>
 void BatchRig<Lanes>::restart(std::uint64_t seed) {

@@ -19,12 +19,12 @@ double rounded(double value, double resolution) {
 }
 
 // Voltage over +- 10 V, clipped and converted, back to the physical unit.
-double digitise(double value, double volt_per_unit, double range, int bits, double noise) {
+double digitise(double value, const MeasuringChain& chain, int bits, double noise) {
   constexpr double kVolts = 10;
-  const double clipped = std::max(-range, std::min(range, value));
-  const double volts = std::max(-kVolts, std::min(kVolts, clipped * volt_per_unit + noise));
+  const double clipped = std::max(-chain.range, std::min(chain.range, value));
+  const double volts = std::max(-kVolts, std::min(kVolts, clipped * chain.volt_per_unit + noise));
   const double lsb = bits > 0 ? 2 * kVolts / std::ldexp(1.0, bits) : 0;
-  return rounded(volts, lsb) / volt_per_unit;
+  return rounded(volts, lsb) / chain.volt_per_unit;
 }
 
 }  // namespace
@@ -63,8 +63,8 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
   require_range("rate", o.rate, 10, 1e6, "Hz");
   require_range("duration", o.duration, 10 / o.rate, 1e4, "s");
   require_range("pretrigger", o.pretrigger, 0, o.duration, "s");
-  require_range("pulse_min", o.pulse_min, 1e-6, o.pulse_max, "s");
-  require_range("force_max", o.force_max, o.force_min, 1e6, "N");
+  require_range("pulse", o.pulse[0], 1e-6, o.pulse[1], "s");
+  require_range("force", o.force[1], o.force[0], 1e6, "N");
 
   // The pulse is smooth on the step; steps are far below the shortest period of interest.
   constexpr int kSubsteps = 8;
@@ -87,7 +87,7 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
   std::vector<Recording> records;
   for (int blow = 0; blow < o.blows; ++blow) {
     const auto between = [&](double low, double high) { return low + (high - low) * 0.5 * (1 + normal.uniform()); };
-    const double peak = between(o.force_min, o.force_max), length = between(o.pulse_min, o.pulse_max);
+    const double peak = between(o.force[0], o.force[1]), length = between(o.pulse[0], o.pulse[1]);
     // The blow does not fall on a sample.
     const double start = o.pretrigger + between(0, 1) / o.rate;
     const auto pulse = [&](double t) {
@@ -111,9 +111,9 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
                                             2 * mode.damping_ratio * w * modes[k].dq - w * w * modes[k].q);
       }
       const auto noise = [&] { return o.converter_noise * normal(); };
-      force[i] = digitise(pulse(t), o.hammer_volt_per_newton, o.hammer_range, o.bits, noise());
-      acc_x[i] = digitise(acceleration.real(), o.accelerometer_volt_per_ms2, o.accelerometer_range, o.bits, noise());
-      acc_y[i] = digitise(acceleration.imag(), o.accelerometer_volt_per_ms2, o.accelerometer_range, o.bits, noise());
+      force[i] = digitise(pulse(t), o.hammer, o.bits, noise());
+      acc_x[i] = digitise(acceleration.real(), o.accelerometer, o.bits, noise());
+      acc_y[i] = digitise(acceleration.imag(), o.accelerometer, o.bits, noise());
       for (int s = 0; s < kSubsteps; ++s) {
         const double now = t + s * step, mid = now + 0.5 * step, end = now + step;
         for (std::size_t k = 0; k < modes.size(); ++k) {

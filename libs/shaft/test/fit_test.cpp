@@ -74,6 +74,18 @@ TEST(RotorFitReference, ADescentThroughAValleyGoesToItsEnd) {
   }
 }
 
+/// Without a trial mass only gain times unbalance is read: a descent that moved along their product ended halfway.
+TEST(RotorFitReference, ARunAloneFindsTheBearings) {
+  const RotorCase machine = make_rotor_case(15004, {.trial = false});
+  const RotorFit fit = fit_rotor(machine.drawing, setup_of(machine), order_runs(machine));
+  EXPECT_TRUE(fit.misfit.explained) << fit.misfit.deviations << " " << fit.misfit.band_deviations;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const whirl::testing::RigBearing& truth = machine.rig.bearings[k];
+    EXPECT_NEAR(fit.rotor.supports[k].law.stiffness[0](0, 0) / truth.kx, 1, 0.006);
+    EXPECT_NEAR(fit.rotor.supports[k].law.damping[0](0, 0) / truth.cx, 1, 0.06);
+  }
+}
+
 /// The machine differs from its drawing within what the file states.
 TEST(RotorFitReference, TolerancesOfTheDrawingAreInTheIntervals) {
   const RotorCase machine = make_rotor_case(7001, {.errors = {0.01, 0.001, 2e-3, 0.005}});

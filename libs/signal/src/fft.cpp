@@ -5,10 +5,10 @@
 
 #include <map>
 #include <memory>
-#include <mutex>
 #include <tuple>
 #include <type_traits>
 
+#include "planning.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::signal {
@@ -25,12 +25,10 @@ struct DestroyPlan {
 };
 using Plan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, DestroyPlan>;
 
-// FFTW may only plan in one thread at a time, but may execute one plan in many. Plans are kept for the life of the
-// program; FFTW_UNALIGNED lets every plan run on any Eigen buffer.
+// Plans are kept for the life of the program; FFTW_UNALIGNED lets every plan run on any Eigen buffer.
 fftw_plan plan_for(Transform transform, int n) {
-  static std::mutex mutex;
   static std::map<std::pair<Transform, int>, Plan> plans;
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(planning());
   Plan& kept = plans[{transform, n}];
   if (kept == nullptr) {
     fftw_plan plan = nullptr;

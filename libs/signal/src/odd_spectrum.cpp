@@ -2,16 +2,9 @@
 
 #include <fftw3.h>
 
-#include <mutex>
+#include "planning.hpp"
 
 namespace whirl::signal {
-namespace {
-// Planning is the one part of FFTW that is not thread-safe.
-std::mutex& plan_mutex() {
-  static std::mutex mutex;
-  return mutex;
-}
-}  // namespace
 
 OddSpectrum odd_spectrum(const Eigen::Ref<const Eigen::VectorXd>& x) {
   const Eigen::Index n = x.size();
@@ -24,7 +17,7 @@ OddSpectrum odd_spectrum(const Eigen::Ref<const Eigen::VectorXd>& x) {
   for (Eigen::Index i = n; i < period; ++i) odd[i] = -odd[period - i];
   s.lines.resize(n);
   auto* out = reinterpret_cast<fftw_complex*>(s.lines.data());
-  std::unique_lock lock(plan_mutex());
+  std::unique_lock lock(planning());
   fftw_plan plan = fftw_plan_dft_r2c_1d(static_cast<int>(period), odd.data(), out, FFTW_ESTIMATE);
   lock.unlock();
   fftw_execute(plan);
@@ -37,7 +30,7 @@ OddSpectrum odd_spectrum(const Eigen::Ref<const Eigen::VectorXd>& x) {
 Eigen::VectorXd inverse_spectrum(const Eigen::VectorXcd& lines, Eigen::Index count) {
   Eigen::VectorXcd input = lines;  // the inverse transform overwrites its input
   Eigen::VectorXd out(2 * (lines.size() - 1));
-  std::unique_lock lock(plan_mutex());
+  std::unique_lock lock(planning());
   fftw_plan plan = fftw_plan_dft_c2r_1d(static_cast<int>(out.size()), reinterpret_cast<fftw_complex*>(input.data()),
                                         out.data(), FFTW_ESTIMATE);
   lock.unlock();

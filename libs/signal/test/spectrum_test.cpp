@@ -8,6 +8,7 @@
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
+#include "whirl/signal/resample.hpp"
 
 namespace {
 using whirl::AmplitudeKind;
@@ -51,6 +52,8 @@ TEST(FftProperty, ManyThreadsMayTransformAtOnce) {
         const Eigen::VectorXcd lines = whirl::signal::fft(x);
         worst = std::max(worst, (whirl::signal::inverse_fft(lines) - x).norm());
         worst = std::max(worst, (whirl::signal::real_fft(x.real()) - lines.head(n / 2 + 1)).norm());
+        // Plans of its own, made and destroyed meanwhile.
+        worst = std::max(worst, std::abs(whirl::signal::upsample(x.real(), 3)[3 * (n / 2)] - x[n / 2].real()));
       }
       errors[t] = worst;
     });

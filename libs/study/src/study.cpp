@@ -235,7 +235,7 @@ class StudyRunner {
       d.evaluations = options().evaluations;
       d.seed = 40 + options().seed;
       const double share = 0.6 / std::size(entries), start = 0.32 + share * done++;
-      d.progress = [&](const tuning::DesignProgress& p) {
+      d.progress.tuning = [&](const tuning::DesignProgress& p) {
         if (p.evaluation % 10 == 0) {
           step(fmt::format("design {} (best objective {:.4f})", entry.name, p.best),
                start + share * std::min(1.0, static_cast<double>(p.evaluation) / static_cast<double>(p.budget)));

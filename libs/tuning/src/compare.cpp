@@ -4,9 +4,9 @@
 #include <mutex>
 #include <tuple>
 
-#include "runs/robustness_parallel.hpp"
 #include "whirl/control/method.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/parallel.hpp"
 
 namespace whirl::tuning {
 namespace {

@@ -12,10 +12,10 @@
 #include "design_parts.hpp"
 #include "monte_carlo/training.hpp"
 #include "runs/design_scenarios.hpp"
-#include "runs/robustness_parallel.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/method.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/parallel.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/tuning/loop_margins.hpp"
 
@@ -122,7 +122,7 @@ struct Search {
     ++evaluation;
     if (sum < best) best = sum, best_u = u;
     tried.emplace_back(sum, u);
-    if (options->progress) options->progress({evaluation, options->evaluations, sum, best});
+    if (options->progress.tuning) options->progress.tuning({evaluation, options->evaluations, sum, best});
     return sum;
   }
 };
@@ -211,8 +211,8 @@ void train_weights(Search& search, const IdentifiedModel& model) {
     return d;
   };
   constexpr long kPerEvaluation = 48;
-  const long runs = o.training_runs > 0 ? o.training_runs : kPerEvaluation * o.evaluations;
-  const Training found = train(make, start, model, o.hardware, runs, o.seed + 2000, o.threads, o.training);
+  const long runs = o.inputs.training_runs > 0 ? o.inputs.training_runs : kPerEvaluation * o.evaluations;
+  const Training found = train(make, start, model, o.hardware, runs, o.seed + 2000, o.threads, o.progress.training);
   search.design = make(found.best);
   search.training = {{"training_runs", static_cast<double>(found.runs)},
                      {"training_start", found.before},
@@ -266,8 +266,7 @@ std::string refusal(const IdentifiedModel& model, const Hardware& hardware) {
       return "the model does not explain its record: " + text(*found);
   }
   if (model.summary.status == Status::unusable) {
-    return "the model does not explain its record" +
-           (model.summary.warnings.empty() ? "" : ": " + model.summary.warnings.back());
+    return "the model does not explain its record" + (model.summary.reason.empty() ? "" : ": " + model.summary.reason);
   }
   const double top = std::max(hardware.profile.omega_start, hardware.profile.omega_end);
   for (const ForcedMode& mode : model.rotor->modes) {
@@ -349,7 +348,8 @@ ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignO
     const double top = std::max(std::abs(profile.omega_start), std::abs(profile.omega_end));
     for (const auto& [name, value] : law.measures(d, top)) d.parameters[name] = value;
   }
-  const control::Runout runout = options.runout ? *options.runout : identified_runout(identified);
+  const control::Runout runout =
+      options.hardware.slow_roll ? *options.hardware.slow_roll : identified_runout(identified);
   if (!runout.empty()) d.parameters.merge(control::runout_parameters(runout));
   if (estimator.knows_noise) {
     // The noise of the readings in quadrature with 1 um: runout harmonics and quantisation.
@@ -357,8 +357,8 @@ ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignO
     const double lsb = laser.bits > 0 ? laser.range / std::ldexp(1.0, laser.bits) : 0;
     d.parameters["measurement_noise"] = std::hypot(laser.noise, 1e-6, lsb / std::sqrt(12.0));
   }
-  if (options.own) {
-    const OwnLaw& own = *options.own;
+  if (options.inputs.own) {
+    const OwnLaw& own = *options.inputs.own;
     for (const auto& [name, value] : control::linear_parameters(own.x, own.y, d.model.gain, own.sample_time))
       d.parameters[name] = value;
   }
@@ -385,7 +385,7 @@ ControllerDesign design(const IdentifiedModel& model, const DesignOptions& given
   require_range("evaluations", given.evaluations, 1, 1e6);
   DesignOptions options = given;
   options.hardware = with_forces(given.hardware, model);
-  if (options.runout) options.hardware.runout_error = 0;  // a slow roll found it
+  if (options.hardware.slow_roll) options.hardware.runout_error = 0;  // a slow roll found it
   Search search;
   search.options = &options;
   search.design = untuned_design(model, options);

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <functional>
 
-#include "runs/robustness_parallel.hpp"
 #include "whirl/control/controller.hpp"
+#include "whirl/core/parallel.hpp"
 
 namespace whirl::tuning {
 namespace {

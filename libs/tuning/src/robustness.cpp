@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "runs/robustness_parallel.hpp"
+#include "whirl/core/parallel.hpp"
 
 namespace whirl::tuning {
 namespace {

@@ -127,13 +127,13 @@ TEST(DesignE2e, RunoutFromASlowRollIsRemoved) {
   slow.profile.omega_end = 2.5;
   const rig::RigParameters rig;
   DesignOptions o = options_for(rig, "pd", "kfe", 1);
-  o.runout = control::estimate_runout(rig::record_open_loop(slow).measured);
+  o.hardware.slow_roll = control::estimate_runout(rig::record_open_loop(slow).measured);
   o.fixed = {{"kp", -450}, {"kd", 27}, {"acceleration_noise", 0.57}, {"eccentricity_walk", 9.4e-6}};
   const ControllerDesign with = untuned_design(identified_model(rig), o);
   EXPECT_NEAR(std::hypot(with.parameters.at("runout_x_cos_1"), with.parameters.at("runout_x_sin_1")), 12e-6, 1e-6);
   const ClosedLoopPlant plant(rig);
   const double removed = plant.run(with).closed.all;
-  o.runout.reset();
+  o.hardware.slow_roll.reset();
   EXPECT_LE(removed, 0.015e-3);
   EXPECT_LT(removed, 0.8 * plant.run(untuned_design(identified_model(rig), o)).closed.all);
 }
@@ -160,7 +160,7 @@ TEST(DesignProperty, SameResultForAnyNumberOfThreads) {
   const ControllerDesign one = design(identified_model(rig), o);
   o.threads = 3;
   long calls = 0;
-  o.progress = [&](const DesignProgress& p) {
+  o.progress.tuning = [&](const DesignProgress& p) {
     EXPECT_EQ(p.evaluation, ++calls);
     EXPECT_LE(p.best, p.objective);
   };
@@ -175,7 +175,7 @@ TEST(DesignUnit, ASearchOfAnyBudgetEnds) {
   const rig::RigParameters rig;
   for (const int budget : {1, 2, 3}) {
     DesignOptions o = options_for(rig, "lsmc", "lpf", budget);
-    o.progress = [&](const DesignProgress& p) {
+    o.progress.tuning = [&](const DesignProgress& p) {
       if (p.evaluation > 20) throw std::runtime_error("goes on");
     };
     EXPECT_NO_THROW(design(identified_model(rig), o)) << budget;

@@ -22,7 +22,7 @@ struct SteadyWhirl {
   void write(const Command&) const noexcept {}
   void advance() noexcept { k += 1; }
 };
-struct GapClock {
+struct SkippedTicks {
   SteadyWhirl& rig;
   long gap = 0;
   long wait() noexcept {
@@ -39,7 +39,7 @@ TEST(GapRealtime, ForceAfterAGapStaysNearTheSteadyOneForEveryEstimatorAndPolicy)
         ControllerDesign design = testing::design_of("tsmc", estimator.name);
         control::Controller controller = control::make_controller(design);
         SteadyWhirl rig;
-        GapClock clock{rig};
+        SkippedTicks clock{rig};
         rt::Loop loop(rig, controller, clock, {}, {.dt = policy});
         double steady = 0, after = 0;
         for (int k = 0; k < 1500; ++k) {

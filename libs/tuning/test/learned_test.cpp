@@ -25,7 +25,7 @@ DesignOptions options_of(const rig::RigParameters& rig, int threads) {
   o.hardware = data_sheet(rig);
   o.hardware.profile.ramp_time = 6;
   o.evaluations = 3;
-  o.training_runs = 500;
+  o.inputs.training_runs = 500;
   o.threads = threads;
   return o;
 }
@@ -55,7 +55,7 @@ TEST(LearnedE2e, TrainingGainsOnMachinesItHasNotSeenAndKeepsToItsBudget) {
 TEST(LearnedProperty, TheWeightsDoNotDependOnTheNumberOfThreads) {
   const rig::RigParameters rig;
   DesignOptions alone = options_of(rig, 1), three_threads = options_of(rig, 3);
-  for (DesignOptions* o : {&alone, &three_threads}) o->evaluations = 1, o->training_runs = 300;
+  for (DesignOptions* o : {&alone, &three_threads}) o->evaluations = 1, o->inputs.training_runs = 300;
   const ControllerDesign one = design(model_of(rig), alone), three = design(model_of(rig), three_threads);
   EXPECT_EQ(one.parameters, three.parameters);
 }

@@ -4,6 +4,9 @@
 
 #include <cmath>
 
+#include "monte_carlo/machine_lanes.hpp"
+#include "monte_carlo/monte_carlo_draw.hpp"
+#include "runs/design_scenarios.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/tuning/compare.hpp"
 #include "whirl/tuning/monte_carlo.hpp"
@@ -103,6 +106,27 @@ TEST(ProportionReference, ClopperPearsonEndsHoldTheTails) {
     }
   }
   EXPECT_NEAR(proportion(0, 20).high, 1 - std::pow(0.025, 1.0 / 20), 1e-12);
+}
+
+// By the force that acts: of a noisy command most stays within the play of an amplifier. Judged by the command,
+// machines of a make with hysteresis chattered that alone do not.
+TEST(MonteCarloProperty, LanesAreJudgedAsMachinesAlone) {
+  rig::RigParameters rig;
+  rig.actuator.hysteresis = 1;
+  const IdentifiedModel model = identified(rig);
+  const ControllerDesign d = good_design(rig, model);
+  const Hardware hardware = data_sheet(rig);
+  const RigDraw draw(d.model, model, tuning_hardware(d, hardware), MonteCarloOptions(), {});
+  const MachineLanes<8> lanes(draw, {0, 1, 2, 3, 4, 5, 6, 7}, rig::make_rig_tables(draw(0).rig));
+  const std::vector<LaneRun> runs = lanes.run(d);
+  for (int i = 0; i < 8; ++i) {
+    const DrawnRig drawn = draw(i);
+    ClosedLoopOptions options;
+    options.run.seed = drawn.noise_seed;
+    const ClosedLoopMetrics alone = ClosedLoopPlant(drawn.rig, options).run(d);
+    EXPECT_NEAR(runs[static_cast<std::size_t>(i)].judged.total_variation, alone.total_variation,
+                1e-3 * alone.total_variation);
+  }
 }
 
 TEST(MonteCarloProperty, LanesEqualTheScalarLoopAndEachOther) {

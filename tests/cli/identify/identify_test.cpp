@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <regex>
 #include <sstream>
 
 #include "../program.hpp"
@@ -281,8 +282,9 @@ TEST(IllPosedE2e, NeverAModelWithExitCodeZero) {
     Recording r = duffing();
     s.spoil(r);
     write_spoilt(folder, "spoilt.csv", r);
-    for (const char* flags : {"--states x,v --inputs u", "--states x,v --inputs u --no-refine",
-                              "--states x,v --inputs u --compare", "--method second-order --output x --input u"}) {
+    for (const char* flags :
+         {"--states x,v --inputs u", "--states x,v --inputs u --no-refine", "--states x,v --inputs u --compare",
+          "--method second-order --output-channel x --input-channel u"}) {
       if (std::string(s.name) == "equal columns" && std::string(flags).find("second-order") != std::string::npos)
         continue;
       const Outcome o = folder.whirl(std::string("identify spoilt.csv ") + flags);
@@ -331,7 +333,7 @@ TEST(IdentifyGeneralE2e, SignsOfCoefficientsAreKeptAndActiveOnesTold) {
       << o.err;
   folder.write("library.toml", "equations = [\"x''\"]\ncommon = [\"x\", \"x'\"]\n");
   for (const char* flags :
-       {"--method weak --sign x=+", "--method second-order --output x --sign x=+", "--states x,v --sign x",
+       {"--method weak --sign x=+", "--method second-order --output-channel x --sign x=+", "--states x,v --sign x",
         "--states x,v --sign x=2", "--states x,v --sign :x=+", "--states x,v --sign q:x=+",
         "--states x,v --sign x=+ --sign \"v':x=-\"", "--library library.toml --sign x=-"}) {
     const Outcome refused = folder.whirl(std::string("identify run.csv ") + flags);
@@ -342,11 +344,46 @@ TEST(IdentifyGeneralE2e, SignsOfCoefficientsAreKeptAndActiveOnesTold) {
 TEST(IdentifyGeneralE2e, FlagsOfAnotherMethodAreRefused) {
   const Folder folder;
   io::write_csv(folder / "run.csv", duffing(300));
-  for (const char* flags :
-       {"--method weak --degree 3", "--method consistent --terms x", "--method second-order --output x --states x",
-        "--method sindy --filter-ms 5", "--states x,v --inputs u --angle profile", "--states x,v --max-passes 0"}) {
+  for (const char* flags : {"--method weak --degree 3", "--method consistent --terms x",
+                            "--method second-order --output-channel x --states x", "--method sindy --filter-ms 5",
+                            "--states x,v --inputs u --angle profile", "--states x,v --max-passes 0"}) {
     const Outcome o = folder.whirl(std::string("identify run.csv ") + flags);
     EXPECT_EQ(o.exit_code, 2) << flags << "\n" << o.out;
+  }
+}
+
+// Every flag in a section of its methods is refused where another one runs, also when its value is the default.
+TEST(IdentifyGeneralE2e, NoFlagOfAnotherMethodIsPassedOver) {
+  const Folder folder;
+  io::write_csv(folder / "run.csv", duffing(300));
+  folder.write("a.toml", "equations = [\"x''\"]\ncommon = [\"x\"]\n");
+  std::istringstream help(folder.whirl("identify --help-all").out);
+  const std::regex flag("^  (--[a-z0-9-]+)( [A-Z]+)?"), choice("\\{([a-z0-9_-]+)");
+  bool sections = false;
+  int found = 0;
+  for (std::string line, name; std::getline(help, line);) {
+    std::smatch match, word;
+    if (line == "Rotor:" || line == "ROTOR:") sections = true;
+    if (!sections || !std::regex_search(line, match, flag)) continue;
+    name = match[1];
+    std::string call = name;
+    if (match[2].matched)
+      call += std::regex_search(line, word, choice) ? "=" + word[1].str() : name == "--library" ? "=a.toml" : "=5e-1";
+    if (line.find(" INT") != std::string::npos || line.find(" UINT") != std::string::npos) call = name + "=2";
+    if (name == "--angle") call = "--angle=profile";
+    bool refused = false;
+    for (const char* method : {"weak", "consistent", "sindy"}) {
+      const Outcome o = folder.whirl("identify run.csv " + call + " --method " + method);
+      refused = refused || o.err.find(name + " is for --method") != std::string::npos;
+      if (o.exit_code == 2 && refused) break;
+    }
+    EXPECT_TRUE(refused) << call;
+    ++found;
+  }
+  EXPECT_GE(found, 50);
+  for (const char* misspelt : {"--ouput", "--output"}) {
+    const Outcome o = folder.whirl(std::string("identify run.csv ") + misspelt + " m.json");
+    EXPECT_NE(o.err.find("did you mean '--out'?"), std::string::npos) << o.err;
   }
 }
 

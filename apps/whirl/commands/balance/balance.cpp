@@ -13,6 +13,7 @@
 #include "whirl/identify/parts/model_parts.hpp"
 #include "whirl/identify/parts/readings.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/pages/steady_response.hpp"
 
 namespace whirl::app {
 namespace {
@@ -92,11 +93,9 @@ void balance_from_model(const ModelOptions& o, Session& session) {
         fmt::format("the mass to add is {:.3g} % of the disk's: is --radius-mm = {:g} a radius in m, or the mass in g?",
                     100 * a.correction_mass / mass, o.radius_mm));
   }
-  if (const double critical = model.rotor->natural_frequency() * 30 / std::numbers::pi; o.speed_rpm < critical / 12) {
-    summary.warn(
-        fmt::format("--speed-rpm = {:g} is far below the critical speed of {:.0f} rpm: is it in Hz ({:.0f} rpm)?",
-                    o.speed_rpm, critical, 60 * o.speed_rpm));
-  }
+  if (std::string doubt = pages::doubt_of_hertz("--speed-rpm", omega, omega, model.rotor->natural_frequency());
+      !doubt.empty())
+    summary.warn(std::move(doubt));
   session.result(json.set("summary", to_json(summary)));
   session.finish(summary);
 }

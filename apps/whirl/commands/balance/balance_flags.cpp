@@ -22,18 +22,18 @@ balancing::JobOptions JobFlags::options() const {
   o.noise = noise_um * 1e-6;
   o.noise_written = noise;
   o.limit = limit_gram * 1e-3;
-  o.first_hole = first_hole_deg * kRadPerDegree;
-  o.piece = piece_gram * 1e-3;
-  o.hole = hole_gram * 1e-3;
-  o.prior = prior;
+  o.places.first_hole = first_hole_deg * kRadPerDegree;
+  o.places.piece = piece_gram * 1e-3;
+  o.places.hole = hole_gram * 1e-3;
+  o.prior.from = prior;
   o.zones = times(zones_um, 1e-6);
-  o.mass_error = mass_error_gram * 1e-3;
-  o.angle_error = angle_error_deg * kRadPerDegree;
-  o.radius_error = radius_error_mm * 1e-3;
-  o.mass = mass_kg;
-  o.radius = radius_mm * 1e-3;
-  o.grade = grade;
-  o.service_speed = speed_rpm * kRadPerSecPerRpm;
+  o.errors.mass = mass_error_gram * 1e-3;
+  o.errors.angle = angle_error_deg * kRadPerDegree;
+  o.errors.radius = radius_error_mm * 1e-3;
+  o.rotor.mass = mass_kg;
+  o.rotor.radius = radius_mm * 1e-3;
+  o.rotor.grade = grade;
+  o.rotor.service_speed = speed_rpm * kRadPerSecPerRpm;
   return o;
 }
 
@@ -80,11 +80,11 @@ void JobFlags::add_to(CommandLine* sub) {
       ->one_of({"automatic", "linear", "none"});
   sub->add_option("--noise-um", noise_um, "sd of one reading, zero-to-peak; default: from the runs")->range(0, 1e6);
   sub->add_option("--noise", noise, "the same in the unit of the readings")->range(0, 1e6);
-  sub->add_option("--limit-gram", limit_gram, "largest mass on a plane")->range(0, 1e9);
-  sub->add_option("--holes", plain.holes, "equally spaced holes of each plane")->range(1, 1000);
+  sub->add_option("--limit-gram", limit_gram, "largest mass on a plane")->positive();
+  sub->add_option("--holes", plain.places.holes, "equally spaced holes of each plane")->range(1, 1000);
   sub->add_option("--first-hole-deg", first_hole_deg, "angle of the first hole")->range(-360, 360)->show_default();
-  sub->add_option("--piece-gram", piece_gram, "masses come in multiples of this")->range(0, 1e9);
-  sub->add_option("--hole-gram", hole_gram, "largest mass in one hole")->range(0, 1e9);
+  sub->add_option("--piece-gram", piece_gram, "masses come in multiples of this")->positive();
+  sub->add_option("--hole-gram", hole_gram, "largest mass in one hole")->positive();
   sub->add_flag("--drop-dependent", plain.drop_dependent,
                 "no mass on a plane that acts as another (Darlow: below 20 %)");
   sub->add_flag("--all-runs", plain.all_runs, "name a run that contradicts the others, but use it");
@@ -92,11 +92,11 @@ void JobFlags::add_to(CommandLine* sub) {
                   "balance.json of an earlier job (this machine or its sister), model.json, or modes.json of impacts "
                   "on the planes")
       ->input();
-  sub->add_option("--prior-common", plain.prior_common,
+  sub->add_option("--prior-common", plain.prior.common,
                   "sd of the error that its coefficients share at a speed (complex part)")
       ->range(0, 10)
       ->show_default();
-  sub->add_option("--prior-each", plain.prior_each, "sd of the error of each coefficient alone")
+  sub->add_option("--prior-each", plain.prior.each, "sd of the error of each coefficient alone")
       ->range(0, 10)
       ->show_default();
   sub->add_option("--zones-um", zones_um,

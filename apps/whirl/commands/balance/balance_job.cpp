@@ -25,7 +25,7 @@ void write(Session& session, const balancing::SolvedJob& solved, const JobFlags&
 
 void refuse_new_statements(const GuidedFlags& g, const JobFlags& o) {
   if (!g.planes.empty() || !g.probes.empty() || !g.speeds_rpm.empty() || o.limit_gram != 0 || g.trial_gram != 0 ||
-      g.target_um != 0 || g.target != 0 || g.unit != "um" || o.plain.holes != 0 || !o.criterion.empty() ||
+      g.target_um != 0 || g.target != 0 || g.unit != "um" || o.plain.places.holes != 0 || !o.criterion.empty() ||
       !o.drift.empty() || o.slow_roll_rpm != 0 || !g.probe_deg.empty() || g.keyphasor_deg != 0 || g.critical_rpm != 0)
     throw Error(g.file +
                 " exists: what a job is made of (planes, probes, speeds, limits, criterion) is stated there; "

@@ -57,8 +57,8 @@ void say_extrapolation(const identification::DataRange& range, const pages::RunU
   double largest = 0;
   for (const response::RateCurve* c : {&sheet.plan.up, &sheet.plan.down})
     for (const auto& passage : c->passages) largest = std::max(largest, passage.peak);
-  if (const std::string text = range.beyond(largest, sheet.options.from, sheet.options.to); !text.empty())
-    summary.warn(text);
+  const std::string text = range.beyond(largest, sheet.options.from, sheet.options.to);
+  if (!text.empty()) summary.warn(text);
 }
 
 void run(const RunupOptions& o, Session& session) {

@@ -54,7 +54,7 @@ void choose_own(const std::string& file, tuning::DesignOptions& d) {
 
 void read_own(const std::string& file, tuning::DesignOptions& d, std::vector<std::filesystem::path>& inputs) {
   if (file.empty()) return;
-  d.own = tuning::read_law(io::load_json(file), file, 1 / d.hardware.timing.rate);
+  d.inputs.own = tuning::read_law(io::load_json(file), file, 1 / d.hardware.timing.rate);
   inputs.emplace_back(file);
 }
 
@@ -93,16 +93,16 @@ void add_design(CommandLine& app, Session& session) {
         const IdentifiedModel model = o->plant.load(d, inputs, identification::Consumer::design);
         read_own(o->law_file, d, inputs);
         if (!o->slow_roll.empty()) {
-          d.runout = control::estimate_runout(io::read_recording(o->slow_roll));
+          d.hardware.slow_roll = control::estimate_runout(io::read_recording(o->slow_roll));
           inputs.emplace_back(o->slow_roll);
         }
-        d.progress = [&](const tuning::DesignProgress& p) {
+        d.progress.tuning = [&](const tuning::DesignProgress& p) {
           if (p.evaluation % 10 == 0 || p.evaluation == p.budget) {
             session.progress(fmt::format("tuning {}, best objective {:.4f}", d.law, p.best),
                              static_cast<double>(p.evaluation) / static_cast<double>(p.budget));
           }
         };
-        d.training = [&](double done) { session.progress(fmt::format("training {}", d.law), done); };
+        d.progress.training = [&](double done) { session.progress(fmt::format("training {}", d.law), done); };
         ControllerDesign result = tuning::design(model, d);
         result.provenance = io::provenance(inputs, session.command_line, d.seed);
         if (o->plant.is_fmu()) say_on_fmu(session, o->plant, d.hardware, result, result.summary);
@@ -131,7 +131,7 @@ void add_design(CommandLine& app, Session& session) {
   sub->add_option("--evaluations", o->design.evaluations, "tuning budget, the same for every law")
       ->range(1, 1e6)
       ->show_default();
-  sub->add_option("--training-runs", o->design.training_runs,
+  sub->add_option("--training-runs", o->design.inputs.training_runs,
                   "runs on random machines for the weights of --law learned; 0: 48 for each evaluation")
       ->range(0, 1e8)
       ->show_default();

@@ -115,7 +115,7 @@ void print_comparison(const identification::MethodComparison& comparison, const 
 }
 
 void run_identify(const IdentifyFlags& flags, Session& session) {
-  flags.check();
+  flags.check(session.command->given_flags());
   if (!flags.out.empty()) session.check_output(flags.out, flags.compare ? "whirl.method_comparison" : "whirl.model");
   const auto options = [&](const Recording& like) {
     identification::IdentifyOptions o = flags.options(like);
@@ -180,7 +180,8 @@ void add_identify(CommandLine& app, Session& session) {
       "then output-error refinement; terms are added on evidence only. paper: Gaussian filter, 4th-order differences "
       "twice,\n"
       "library of eq. 24, LASSO with cross-validation. consistent: same filter on every column, five tied parameters.\n"
-      "second-order: y'' = f(y, y', u) of one degree of freedom from channels --output and --input. sindy: any number "
+      "second-order: y'' = f(y, y', u) of one degree of freedom from channels --output-channel and --input-channel. "
+      "sindy: any number "
       "of\n"
       "states and inputs, weak form then refinement on free runs, one setting for clean and noisy records; with "
       "--library the\n"

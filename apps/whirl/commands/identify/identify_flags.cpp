@@ -43,8 +43,8 @@ void IdentifyFlags::add_to(CommandLine* sub) {
   sub->add_option("--mass-kg", mass, "mass of the disk")->range(0, 1e9);
 
   sub->section("One degree of freedom (second-order)");
-  sub->add_option("--output", output, "displacement channel");
-  sub->add_option("--input", input, "input channel");
+  sub->add_option("--output-channel", output, "displacement")->show_default();
+  sub->add_option("--input-channel", input, "force or other input")->show_default();
   add_general_to(sub);
   add_regression_to(sub);
 }
@@ -127,21 +127,21 @@ void IdentifyFlags::add_regression_to(CommandLine* sub) {
   sub->section(regression, "", true);
   sub->add_option("--threshold", solve.threshold, "share of the target below which a term goes (stlsq, sr3, ensemble)")
       ->range(0, 1);
-  sub->add_option("--lambda", solve.lambda,
+  sub->add_option("--lambda", solve.lasso.lambda,
                   "weight of lasso, sqrt_lasso as a share of the smallest that empties the model")
       ->range(0, 1);
   sub->add_option("--ridge", solve.ridge, "ridge on scaled columns (ols, ridge, stlsq)")->range(0, 1e12);
   sub->add_option("--max-terms", solve.max_terms, "largest model of frols, best_subset; 0: all")->range(0, 1000);
   sub->add_option("--backward-t", solve.t_value, "backward: terms with a smaller |t| go")->range(0, 1e6);
   sub->add_option("--nu", solve.sr3_nu, "sr3: relaxation")->range(1e-12, 1e12);
-  sub->add_option("--resamples", solve.resamples, "ensemble: block bootstraps")->range(1, 100000);
-  sub->add_option("--inclusion", solve.inclusion, "ensemble: share of resamples in which a term must be kept")
+  sub->add_option("--resamples", solve.ensemble.resamples, "ensemble: block bootstraps")->range(1, 100000);
+  sub->add_option("--inclusion", solve.ensemble.inclusion, "ensemble: share of resamples in which a term must be kept")
       ->range(0, 1);
-  sub->add_option("--drop-terms", solve.drop_terms, "ensemble: terms left out of each resample at random")
+  sub->add_option("--drop-terms", solve.ensemble.drop_terms, "ensemble: terms left out of each resample at random")
       ->range(0, 1000);
   sub->add_option("--folds", solve.folds, "cross-validation: folds of contiguous time blocks")->range(2, 50);
-  sub->add_option("--seed", solve.seed, "ensemble");
-  sub->add_flag("--debias", solve.debias, "lasso: least squares on the support found");
+  sub->add_option("--seed", solve.ensemble.seed, "ensemble");
+  sub->add_flag("--debias", solve.lasso.debias, "lasso: least squares on the support found");
   sub->section();
 }
 

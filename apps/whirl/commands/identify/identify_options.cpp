@@ -11,6 +11,7 @@
 #include "whirl/identify/sindy_library.hpp"
 #include "whirl/io/library_toml.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/io/units.hpp"
 
 namespace whirl::app {
 namespace {
@@ -31,6 +32,24 @@ std::vector<std::pair<std::string, std::string>> by_input(const std::string& tex
   return all;
 }
 
+/// The columns as they were read, `angle` among them as beta.
+std::string columns_with_beta(std::vector<std::string> columns, const Recording& like, const std::string& angle) {
+  if (columns.empty())
+    for (const char* name : {"x", "y"})
+      if (like.has(name)) columns.emplace_back(name);
+  std::string header = angle, out;
+  for (const std::string& spec : columns) {
+    const std::size_t colon = spec.rfind(':');
+    const std::string name = io::split_unit(spec.substr(colon + 1)).name;  // the whole where there is no colon
+    if (spec.starts_with(angle) && colon == std::string::npos) continue;
+    if (colon != std::string::npos && (name == angle || spec.substr(colon + 1) == angle))
+      header = spec.substr(0, colon);
+    else
+      out += spec.find_first_of(" ()[]*;&'$") == std::string::npos ? " " + spec : " \"" + spec + '"';
+  }
+  return out + " \"" + header + ":beta\"";
+}
+
 double seconds_of(const std::string& text) {
   std::size_t end = 0;
   double value = -1;
@@ -43,6 +62,27 @@ double seconds_of(const std::string& text) {
     throw Error::in_field("--dead-time-s", text, "seconds >= 0, or INPUT=SECONDS");
   return value;
 }
+
+/// Which methods use a flag; one that is not here serves all.
+struct Use {
+  std::vector<std::string_view> methods, flags;
+};
+const std::vector<Use> kUses{
+    {{"sindy"}, {"--states",      "--inputs", "--hold",      "--dead-time-s", "--no-timing", "--hidden",
+                 "--denominator", "--order",  "--discrete",  "--degree",      "--fourier",   "--time",
+                 "--library",     "--known",  "--sign",      "--window",      "--t-value",   "--stream",
+                 "--max-passes",  "--bound",  "--stable-1s", "--trapping"}},
+    {{"sindy", "second-order"}, {"--no-refine"}},
+    {{"sindy", "second-order", "paper"},
+     {"--terms", "--regressor", "--selection", "--threshold", "--lambda", "--ridge", "--max-terms", "--backward-t",
+      "--nu", "--resamples", "--inclusion", "--drop-terms", "--folds", "--seed", "--debias"}},
+    {{"second-order"}, {"--output-channel", "--input-channel"}},
+    {{"paper", "consistent", "second-order"}, {"--filter-ms"}},
+    {{"weak", "paper"}, {"--modes"}},
+    {{"weak", "drive", "paper", "consistent"}, {"--pulses", "--missing", "--edge"}},
+    {{"weak"}, {"--slow-roll", "--slow-roll-reads", "--angle"}},
+    {{"drive"}, {"--drive", "--inertia-kgm2", "--mass-kg"}},
+};
 
 }  // namespace
 
@@ -84,55 +124,29 @@ expr::CandidateLibrary IdentifyFlags::candidate_library(const Recording& like) c
   return read;
 }
 
-void IdentifyFlags::check() const {
+void IdentifyFlags::check(const std::vector<std::string>& given) const {
   const std::string m(to_string(method_chosen()));
-  const auto only = [&](const char* flag, bool given, std::initializer_list<const char*> methods) {
-    if (!given || std::find(methods.begin(), methods.end(), m) != methods.end()) return;
-    throw Error(fmt::format("{} is for --method {}, not for {}", flag, fmt::join(methods, " or "), m));
-  };
-  only("--states", !states.empty(), {"sindy"});
-  only("--inputs", !inputs.empty(), {"sindy"});
-  only("--order", order > 0, {"sindy"});
-  only("--discrete", discrete, {"sindy"});
-  only("--degree", degree > 0, {"sindy"});
-  only("--fourier", fourier > 0, {"sindy"});
-  only("--time", time, {"sindy"});
-  only("--library", !library.empty(), {"sindy"});
-  only("--known", !known.empty(), {"sindy"});
-  only("--sign", !signs.empty(), {"sindy"});
-  only("--bound", !bounds.empty(), {"sindy"});
-  only("--stable-1s", least_decay >= 0, {"sindy"});
-  only("--trapping", trapping, {"sindy"});
+  std::vector<std::string_view> running{m};
+  if (compare && of_a_rotor()) running = {"weak", "paper", "consistent"};
+  for (const Use& use : kUses) {
+    const auto runs = [&](std::string_view one) { return std::ranges::find(running, one) != running.end(); };
+    if (std::ranges::any_of(use.methods, runs)) continue;
+    for (const std::string& flag : given)
+      if (std::ranges::find(use.flags, flag) != use.flags.end() && (flag != "--angle" || angle != "measured"))
+        throw Error(fmt::format("{} is for --method {}, not for {}", flag, fmt::join(use.methods, " or "), m));
+  }
   if (trapping && least_decay >= 0) throw Error("--trapping and --stable-1s exclude each other");
   if (stream && (!bounds.empty() || least_decay >= 0 || trapping))
     throw Error("--stream takes none of --bound, --stable-1s, --trapping");
-  only("--window", window > 0, {"sindy"});
-  only("--hidden", hidden > 0, {"sindy"});
-  only("--denominator", !denominators.empty(), {"sindy"});
-  only("--drive", !drive.empty(), {"drive"});
-  only("--inertia-kgm2", inertia > 0, {"drive"});
-  only("--mass-kg", mass > 0, {"drive"});
   if (drive.empty() && method_chosen() == identification::Method::drive)
     throw Error("--method drive needs --drive CHANNEL");
   if ((hidden > 0 || !denominators.empty()) && (stream || discrete || no_refine || !library.empty() || compare))
     throw Error("--hidden and --denominator take none of --stream, --discrete, --no-refine, --library, --compare");
   if (hidden > 0 && !denominators.empty()) throw Error("--hidden and --denominator exclude each other");
-  only("--hold", !holds.empty(), {"sindy"});
-  only("--dead-time-s", !dead_times.empty(), {"sindy"});
   if (inputs.empty() && (!holds.empty() || !dead_times.empty())) throw Error("--hold and --dead-time-s need --inputs");
   if (stream && (!holds.empty() || !dead_times.empty())) throw Error("--stream takes neither --hold nor --dead-time-s");
-  only("--stream", stream, {"sindy"});
-  only("--no-refine", no_refine, {"sindy", "second-order"});
-  if (compare) return;  // several methods
-  only("--terms", !term_list.empty(), {"sindy", "second-order", "paper"});
-  only("--regressor", !regressor.empty(), {"sindy", "second-order", "paper"});
-  only("--filter-ms", filter_ms > 0, {"paper", "consistent", "second-order"});
-  only("--modes", !modes.empty(), {"weak", "paper"});
+  if (compare && !slow_roll.empty()) throw Error("--compare takes no --slow-roll");
   if (slow_roll.empty() && slow_roll_reads != "unknown") throw Error("--slow-roll-reads needs --slow-roll FILE");
-  only("--pulses", record.tacho_stated(), {"weak", "drive", "paper", "consistent"});
-  only("--slow-roll", !slow_roll.empty(), {"weak"});
-  only("--angle profile", angle == "profile", {"weak"});
-  only("--angle vibration", angle == "vibration", {"weak"});
   if (angle == "vibration" && (record.tacho_stated() || !slow_roll.empty()))
     throw Error("--angle vibration takes neither --pulses nor --slow-roll");
 }
@@ -179,9 +193,8 @@ void IdentifyFlags::require_rotor_channels(const Recording& like) const {
   for (const Channel& c : like.channels) {
     if (like.has("beta") || c.quantity != Quantity::angle) continue;
     throw Error(
-        fmt::format("{}: no column 'beta', but '{}' is an angle; if it is the rotor's, name the columns: --columns "
-                    "x y \"{}:beta\"",
-                    like.source, c.name, c.name));
+        fmt::format("{}: no column 'beta', but '{}' is an angle; if it is the rotor's, name the columns: --columns{}",
+                    like.source, c.name, columns_with_beta(record.columns, like, c.name)));
   }
   if (!like.has("beta")) {
     throw Error(fmt::format(
@@ -215,14 +228,14 @@ identification::IdentifyOptions IdentifyFlags::options(const Recording& like) co
   o.drive.drive = drive;
   o.drive.inertia = inertia;
   o.drive.mass = mass;
-  o.output = output;
-  o.input = input;
+  o.second_order.output = output;
+  o.second_order.input = input;
   if (o.method == identification::Method::sindy) {
     o.sindy = sindy(like);
     if (!library.empty()) o.library = candidate_library(like);
-    for (const std::string& text : bounds) o.bounds.push_back(identification::linear_bound(text));
-    if (least_decay >= 0) o.least_decay = least_decay;
-    o.trapping = trapping;
+    for (const std::string& text : bounds) o.bounds.linear.push_back(identification::linear_bound(text));
+    if (least_decay >= 0) o.bounds.least_decay = least_decay;
+    o.bounds.trapping = trapping;
   }
   o.holdout = no_holdout ? 0 : holdout;
   return o;
@@ -272,9 +285,9 @@ identification::SindyOptions IdentifyFlags::sindy(const Recording& like) const {
   o.inputs = inputs;
   o.order = order == 2 ? 2 : 1;
   o.discrete = discrete;
-  o.window = window;
-  o.t_value = term_t_value;
-  o.max_passes = max_passes;
+  o.search.window = window;
+  o.search.t_value = term_t_value;
+  o.search.max_passes = max_passes;
   o.refine = !no_refine;
   o.solver = solver(o.solver);
   if (o.states.empty()) {
@@ -283,16 +296,16 @@ identification::SindyOptions IdentifyFlags::sindy(const Recording& like) const {
     }
   }
   for (const std::string& text : holds) {
-    for (const auto& [name, value] : by_input(text, inputs)) o.hold[name] = hold_of(value);
+    for (const auto& [name, value] : by_input(text, inputs)) o.timing.hold[name] = hold_of(value);
   }
   for (const std::string& text : dead_times) {
-    for (const auto& [name, value] : by_input(text, inputs)) o.dead_time[name] = seconds_of(value);
+    for (const auto& [name, value] : by_input(text, inputs)) o.timing.dead_time[name] = seconds_of(value);
   }
-  o.find_timing = !no_timing;
+  o.timing.find = !no_timing;
   o.hidden = hidden;
-  o.denominators = expr::split_terms(denominators);
-  for (const std::string& text : known) o.known.push_back(identification::known_equation(text));
-  for (const std::string& text : signs) o.signs.push_back(identification::sign_bound(text));
+  o.equations.denominators = expr::split_terms(denominators);
+  for (const std::string& text : known) o.equations.known.push_back(identification::known_equation(text));
+  for (const std::string& text : signs) o.equations.signs.push_back(identification::sign_bound(text));
   if (library.empty()) o.library = library_terms(o, {degree, fourier, time, trapping, expr::split_terms(term_list)});
   return o;
 }

@@ -28,7 +28,7 @@ struct IdentifyFlags {
   double least_decay = -1;  ///< of the linear part, 1/s; negative: free
   std::vector<std::string> states, inputs, known, signs, bounds, holds, dead_times;
   std::string library, term_list;
-  int order = 0, degree = 0, fourier = 0, max_passes = identification::SindyOptions{}.max_passes;
+  int order = 0, degree = 0, fourier = 0, max_passes = identification::SindyOptions{}.search.max_passes;
   bool discrete = false, time = false, no_refine = false, stream = false;
   double window = 0, term_t_value = 4;
   bool no_timing = false;
@@ -49,8 +49,8 @@ struct IdentifyFlags {
   void add_to(CommandLine* sub);
   /// weak, unless another method is named or flags of sindy are given.
   identification::Method method_chosen() const;
-  /// Throws Error when a flag is given that the method does not take.
-  void check() const;
+  /// Throws Error when one of the flags given is none that the method takes.
+  void check(const std::vector<std::string>& given) const;
   /// Channels that the record must have.
   std::vector<std::string> required() const;
   bool of_a_rotor() const;  ///< does the method chosen take a rotor's record?

@@ -47,6 +47,7 @@ Recording run_equations(const IdentifiedModel& model, const SimulateOptions& o) 
 Recording run_rotor(const IdentifiedModel& model, const SimulateOptions& o, double& peak, double& at) {
   if (o.from_rpm == o.to_rpm && o.seconds == 0)
     throw Error("give --from-rpm, --to-rpm and --seconds for a run-up or run-down, or --record for its inputs");
+  if (o.seconds == 0) throw Error("--seconds is missing: the length of the run-up or run-down");
   identification::SpeedRun run;
   run.from = o.from_rpm * kRadPerSecPerRpm;
   run.to = o.to_rpm * kRadPerSecPerRpm;

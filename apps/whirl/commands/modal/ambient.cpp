@@ -5,6 +5,8 @@
 #include <filesystem>
 
 #include "commands/machine/record_options.hpp"
+#include "whirl/core/angles.hpp"
+#include "whirl/diagnosis/rotation.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/modal/order_modes.hpp"
@@ -28,6 +30,25 @@ modal::SetupsOptions setups_of(const AmbientOptions& o) {
   return options;
 }
 
+/// Of a record at changing speed, whose motion is that of a sweep.
+std::string changing_speed(const Recording& record) {
+  // A speed that wanders with a deviation of 1 % stays within a tenth for hours; its orders are subtracted.
+  constexpr double kWanders = 1.2;
+  const std::optional<diagnosis::Rotation> turning = [&]() -> std::optional<diagnosis::Rotation> {
+    try {
+      return diagnosis::rotation_of(record);
+    } catch (const Error&) {
+      return std::nullopt;
+    }
+  }();
+  if (!turning || turning->speed.maxCoeff() < kWanders * turning->speed.minCoeff()) return "";
+  return fmt::format(
+      "{0}: the speed changes from {1:.0f} to {2:.0f} rpm, which excites no mode broadly: these modes may be none; "
+      "`whirl transient {0}` takes modes from the 1X of a run",
+      record.source, turning->speed[0] / kRadPerSecPerRpm,
+      turning->speed[turning->speed.size() - 1] / kRadPerSecPerRpm);
+}
+
 void run_oma(const AmbientOptions& o, Session& session) {
   require_json_name(o.out);
   if (o.merge == "pre" && o.method != "ssi-data" && o.method != "ssi-cov")
@@ -41,7 +62,10 @@ void run_oma(const AmbientOptions& o, Session& session) {
   }
   std::vector<Recording> records;
   for (const std::string& file : o.files) records.push_back(o.record.read(file));
-  const modal::OperationalModes found = modal::identify_setups(records, setups_of(o));
+  modal::OperationalModes found = modal::identify_setups(records, setups_of(o));
+  if (o.method != "orders")
+    for (const Recording& record : records)
+      if (const std::string said = changing_speed(record); !said.empty()) found.summary.warn(said);
   io::Json document = pages::to_json(found);
   document.set("provenance", io::to_json(io::provenance({o.files.begin(), o.files.end()}, session.command_line)));
   session.write_together();

@@ -34,12 +34,12 @@ FrequencyResponse from_shaker(const FrfFlags& o, const std::vector<Recording>& r
       {"--estimator", o.estimator != other.estimator},
       {"--trigger-percent", o.trigger_percent != other.trigger_percent},
       {"--pre-trigger-ms", o.pre_trigger_ms != other.pre_trigger_ms},
-      {"--duration-s", o.frf.duration != other.frf.duration},
+      {"--duration-s", o.frf.cut.duration != other.frf.cut.duration},
       {"--window-end-percent", o.window_end_percent != other.window_end_percent},
-      {"--exclude", !o.frf.exclude.empty()},
+      {"--exclude", !o.frf.exclude.blows.empty()},
       {"--keep-odd-impacts", o.keep_odd},
       {"--repair", o.frf.repair},
-      {"--drop-double-hits", o.frf.drop_double_hits}};
+      {"--drop-double-hits", o.frf.exclude.double_hits}};
   for (const auto& [flag, given] : for_blows) {
     if (given)
       throw Error(
@@ -60,10 +60,10 @@ FrequencyResponse from_blows(const FrfFlags& o, const std::vector<Recording>& re
   options.estimator = o.estimator == "h2"   ? FrfEstimator::h2
                       : o.estimator == "hv" ? FrfEstimator::hv
                                             : FrfEstimator::h1;
-  options.drop_odd = !o.keep_odd;
-  options.trigger = o.trigger_percent / 100;
-  options.pre_trigger = o.pre_trigger_ms * 1e-3;
-  options.window_end = o.window_end_percent / 100;
+  options.exclude.odd = !o.keep_odd;
+  options.cut.trigger = o.trigger_percent / 100;
+  options.cut.pre_trigger = o.pre_trigger_ms * 1e-3;
+  options.window.end = o.window_end_percent / 100;
   std::vector<modal::BlowReport> blows;
   FrequencyResponse frf = modal::estimate_frf(records, options, &blows);
   session.say(report::to_text(pages::blows_table(blows)));
@@ -131,7 +131,7 @@ void add_frf(CommandLine& app, Session& session) {
   sub->add_option("--pre-trigger-ms", o->pre_trigger_ms, "kept before the trigger, to measure each channel's offset")
       ->range(0, 1e6)
       ->show_default();
-  sub->add_option("--duration-s", o->frf.duration, "length of one impact; 0 = to the next one")
+  sub->add_option("--duration-s", o->frf.cut.duration, "length of one impact; 0 = to the next one")
       ->range(0, 1e6)
       ->show_default();
   sub->add_option("--window-end-percent", o->window_end_percent,
@@ -139,13 +139,13 @@ void add_frf(CommandLine& app, Session& session) {
       ->range(1e-10, 100)
       ->show_default();
   o->record.add_to(sub);
-  sub->add_option("--exclude", o->frf.exclude, "impacts to leave out, counted from 1 over all files");
+  sub->add_option("--exclude", o->frf.exclude.blows, "impacts to leave out, counted from 1 over all files");
   sub->add_flag(
       "--keep-odd-impacts,--keep-odd-blows", o->keep_odd,
       "average impacts too that certainly disagree with the others (reversed, other unit, delayed, incoherent)");
   sub->add_flag("--repair", o->frf.repair,
                 "bridge single samples that look like spikes; without it they are reported, and no sample is changed");
-  sub->add_flag("--drop-double-hits", o->frf.drop_double_hits, "leave impacts with a second hit out");
+  sub->add_flag("--drop-double-hits", o->frf.exclude.double_hits, "leave impacts with a second hit out");
 }
 
 }  // namespace whirl::app

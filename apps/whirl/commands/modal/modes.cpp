@@ -106,9 +106,7 @@ void find_modes(ModesOptions* o, Session& session) {
     frf = modal::without_hann_window(frf);  // what was fitted, for all figures
     again += " --window hann";
   }
-  // Before what the fit says: the last one is the reason where nothing can be used.
-  modes.summary.warnings.insert(modes.summary.warnings.begin(), remarks.begin(), remarks.end());
-  if (!remarks.empty() && modes.summary.status == Status::ok) modes.summary.status = Status::warning;
+  for (const std::string& remark : remarks) modes.summary.warn(remark);
   modal::warn_of_contradictions(frf, modes);
   modes.provenance = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
   const modal::ModeShapes shapes = modal::mode_shapes(modes);

@@ -10,6 +10,7 @@
 #include "whirl/core/counted.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/outputs.hpp"
+#include "whirl/io/units.hpp"
 #include "whirl/pages/nonlinear_mode.hpp"
 #include "whirl/records/channel_damage.hpp"
 #include "whirl/report/format.hpp"
@@ -94,7 +95,9 @@ void run_decay(const NonlinearModeOptions& o, Session& session) {
 void add_points(const NonlinearModeOptions& o, const std::string& file, std::vector<response::SteadyPoint>& points,
                 std::vector<std::string>& warnings, Session& session) {
   if (io::file_kind(file) == "table") {
-    const io::Table table = io::read_table(file);
+    io::CsvOptions options = o.record.csv();
+    options.required = {"frequency_Hz", "force_N", "amplitude_mm", "phase_deg"};
+    const io::Table table = io::read_table(file, options);
     for (Eigen::Index k = 0; k < table.rows(); ++k)
       points.push_back({kTwoPi * table["frequency"][k], table["force"][k], table["amplitude"][k], table["phase"][k]});
     return;
@@ -110,6 +113,8 @@ void add_points(const NonlinearModeOptions& o, const std::string& file, std::vec
   for (const Channel& c : record.channels)
     if (answer == nullptr && &c != &force) answer = &c;
   if (answer == nullptr) throw Error(file + ": a channel with the answer is needed beside the force");
+  for (const auto& [c, wanted] : {std::pair{&force, Quantity::force}, {answer, Quantity::displacement}})
+    if (c->quantity != wanted) throw Error(file + ": " + io::quantity_problem(c->name, c->quantity, wanted));
   response::SweptSineOptions options = o.sweep;
   records::ChannelDamage of_force = records::channel_damage(record, force.name),
                          of_answer = records::channel_damage(record, answer->name);

@@ -23,7 +23,7 @@ modal::DirectedStiffnessTable read_pull(const std::string& file, const std::vect
                                         double angle) {
   io::CsvOptions options;
   options.columns = columns;
-  options.required = {"deflection", "force"};
+  options.required = {"deflection_mm", "force_N"};
   if (io::file_format(file) == io::FileFormat::csv) {
     const io::Table table = io::read_table(file, options);
     return {angle, table["deflection"], table["force"]};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <complex>
+#include <numeric>
 
 #include "command.hpp"
 #include "commands/machine/record_options.hpp"
@@ -13,9 +14,12 @@
 #include "whirl/pages/bode_table.hpp"
 #include "whirl/pages/estimate_text.hpp"
 #include "whirl/report/table.hpp"
+#include "whirl/signal/motion_quantity.hpp"
 
 namespace whirl::app {
 namespace {
+
+constexpr double kLeftOver = 2;  // both models have the same parameters: twice the residual is no chance
 
 std::string list_rpm(const std::vector<double>& speeds) {
   std::string text;
@@ -38,16 +42,22 @@ struct TransientFlags {
   std::string file, channel, speed, amplitude, phase;
   RecordOptions record;
   modal::TransientRunupOptions fit;
+  bool steady = false;
 };
 
 /// Columns named one by one, each with the usual name where it is not.
 std::vector<signal::SynchronousCurve> named_columns(const TransientFlags& o) {
   const io::Table table = io::read_table(o.file);
-  const auto column = [&](const std::string& stated, const char* usual) -> const Eigen::VectorXd& {
-    return table[stated.empty() ? usual : stated];
+  const auto column = [&](const std::string& stated, const char* usual, Quantity quantity) -> const Eigen::VectorXd& {
+    return table.in(stated.empty() ? usual : stated, quantity);
   };
-  const Eigen::VectorXd &amplitude = column(o.amplitude, "amp_1x"), &phase = column(o.phase, "phase_1x");
-  signal::SynchronousCurve curve{"1X", column(o.speed, "speed"), Eigen::VectorXcd(amplitude.size())};
+  const Channel& read = table.at(o.amplitude.empty() ? "amp_1x" : o.amplitude);
+  const bool motion = signal::integrations(read.quantity, Quantity::displacement).has_value();
+  const Eigen::VectorXd &amplitude = motion ? read.samples : table.in(read.name, Quantity::displacement),
+                        &phase = column(o.phase, "phase_1x", Quantity::angle);
+  signal::SynchronousCurve curve{"1X", column(o.speed, "speed", Quantity::angular_velocity),
+                                 Eigen::VectorXcd(amplitude.size())};
+  curve.quantity = read.quantity;
   for (Eigen::Index i = 0; i < amplitude.size(); ++i) curve.vector[i] = std::polar(amplitude[i], phase[i]);
   return {std::move(curve)};
 }
@@ -85,6 +95,16 @@ modal::RunupResponse run_of(const TransientFlags& o, Session& session) {
   return {curve.speed, curve.time, curve.vector};
 }
 
+/// Rows at held speeds in their order, as a run whose speed is its time.
+modal::RunupResponse at_held_speeds(const modal::RunupResponse& run) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(run.omega.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::ranges::stable_sort(order, {}, [&](Eigen::Index k) { return run.omega[k]; });
+  modal::RunupResponse out{run.omega(order), {}, run.vector(order)};
+  out.time = out.omega;
+  return out;
+}
+
 }  // namespace
 
 void add_transient(CommandLine& app, Session& session) {
@@ -103,17 +123,29 @@ void add_transient(CommandLine& app, Session& session) {
         const modal::RunupResponse run = run_of(*o, session);
         modal::TransientRunupOptions steady_options = o->fit;
         steady_options.model = modal::RunupModel::steady;
-        const modal::TransientRunupFit fit = modal::fit_transient_runup(run, o->fit);
         const modal::TransientRunupFit steady = modal::fit_transient_runup(run, steady_options);
+        modal::TransientRunupFit fit = o->steady ? modal::fit_transient_runup(at_held_speeds(run), steady_options)
+                                                 : modal::fit_transient_runup(run, o->fit);
+        if (o->steady && !fit.summary.trust.empty())
+          fit.summary.trust =
+              "Frequencies and damping hold for linear modes; one probe does not fix two of them uniquely.";
+        if (!o->steady && 100 - fit.fit_percent > kLeftOver * (100 - steady.fit_percent))
+          fit.summary.fail(
+              fmt::format("the steady-state model explains the vectors better ({:.1f} % against {:.1f} %): where the "
+                          "rows are speeds that were held and no turns of one run, --steady fits them",
+                          steady.fit_percent, fit.fit_percent));
         for (std::size_t i = 0; i < fit.modes.size(); ++i) {
           session.say(fmt::format("mode {}: {:.1f} ± {:.1f} rpm, damping ratio {:.4f} ± {:.4f}", i + 1,
                                   fit.modes[i].omega.value / kRadPerSecPerRpm, fit.modes[i].omega.sd / kRadPerSecPerRpm,
                                   fit.modes[i].zeta.value, fit.modes[i].zeta.sd));
         }
-        session.say(fmt::format("sweep {:.1f} rpm/s; fit {:.1f} % (steady-state model: {:.1f} %)",
-                                fit.alpha / kRadPerSecPerRpm, fit.fit_percent, steady.fit_percent));
+        if (o->steady)
+          session.say(fmt::format("held speeds; fit {:.1f} %", fit.fit_percent));
+        else
+          session.say(fmt::format("sweep {:.1f} rpm/s; fit {:.1f} % (steady-state model: {:.1f} %)",
+                                  fit.alpha / kRadPerSecPerRpm, fit.fit_percent, steady.fit_percent));
         const auto beats = [](const auto& speeds) { return speeds.empty() ? "none" : list_rpm(speeds) + " rpm"; };
-        if (!fit.modes.empty())
+        if (!fit.modes.empty() && !o->steady)
           session.say(fmt::format("largest amplitude at {:.0f} rpm (measured {:.0f} rpm); beats at {} (measured {})",
                                   fit.peak_speed / kRadPerSecPerRpm, fit.peak_speed_measured / kRadPerSecPerRpm,
                                   beats(fit.beats), beats(fit.beats_measured)));
@@ -122,6 +154,7 @@ void add_transient(CommandLine& app, Session& session) {
       });
   sub->add_option("FILE", o->file, "record, or 1X vectors (CSV)")->input()->required();
   sub->add_option("--modes", o->fit.modes, "1 or 2")->range(1, 2)->show_default();
+  sub->add_flag("--steady", o->steady, "the rows are speeds that were held: the steady-state fit is the result");
   sub->add_option("--channel", o->channel, "sensor of the record or of the table; default the first");
   sub->add_option(
       "--speed-column", o->speed,

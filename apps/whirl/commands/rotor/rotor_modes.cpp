@@ -96,6 +96,10 @@ void rotor_modes(const RotorModesOptions& o, Session& session) {
     summary.warn(
         fmt::format("the mesh is coarse: frequencies are off by up to {:.2g} %; raise elements in the rotor file",
                     100 * mesh.worst));
+  const double length = loaded.system.nodes.back() - loaded.system.nodes.front(), sagged = sag.y.cwiseAbs().maxCoeff();
+  if (!loaded.rotor.vertical && sagged > length)
+    summary.fail(fmt::format(
+        "the shaft of {:.3g} m sags by {:.3g} m under its own weight: is a length in mm given as m?", length, sagged));
   session.result(shaft::modes_json(loaded.system, speed, modes, sag, mesh));
   if (!o.figure.empty()) report::write_figure(mode_figure(loaded, modes, o.rotor), o.figure);
   session.finish(summary);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "../step_difference.hpp"
@@ -29,6 +30,36 @@ ControllerDesign design_for(const testing::ForeignMachine& m, const char* law, c
   if (d.law.starts_with("pd_") || d.law == "tsmc_paper") d.feedforward = false;
   return d;
 }
+
+/// The library and the exported C on one rig, tick by tick.
+struct SideBySide {
+  SideBySide(const ControllerDesign& design, const testing::ForeignMachine& machine, std::uint64_t seed)
+      : exported(design), controller(control::make_controller(design)), rig(machine, seed) {}
+
+  /// One tick of both: the command of the library, nothing where it trips; `alike` is lost where the C says otherwise.
+  std::optional<Command> step() {
+    const Measurement r = rig.read();
+    const double in[] = {r.x, r.y, r.beta, r.omega, r.omega_dot};
+    double out[3];
+    const int status = exported.go(in, 1, out);
+    const auto answer = controller.step(r);
+    word = controller.state().supervision.word;
+    alike = alike && status == (answer ? 0 : 4) && static_cast<std::uint32_t>(out[2]) == word;
+    const Command u = answer ? *answer : Command{};
+    largest = std::max({largest, std::abs(u.ux), std::abs(u.uy)});
+    off = std::max({off, std::abs(out[0] - u.ux), std::abs(out[1] - u.uy)});
+    rig.write(u);
+    rig.advance();
+    return answer ? std::optional(u) : std::nullopt;
+  }
+
+  Exported exported;
+  control::Controller controller;
+  testing::ForeignRig rig;
+  std::uint32_t word = 0;
+  double largest = 0, off = 0;
+  bool alike = true;
+};
 
 // Unbalance turned, readings lost, motion that grows beside the synchronous one: every step down to the trip, tick by
 // tick the same as the library.
@@ -139,47 +170,33 @@ TEST(SupervisionExport, FaultsOfTheForceAreFoundAtTheTickOfTheLibrary) {
   for (const auto& [law, estimator] : {std::pair{"pd", "lpf"}, std::pair{"lsmc", "kfe"}}) {
     const ControllerDesign d = design_for(m, law, estimator);
     for (const std::uint32_t bit : {control::kForceLost, control::kForceReversed, control::kForceLate}) {
-      const Exported exported(d);
-      control::Controller controller = control::make_controller(d);
-      testing::ForeignRig rig(m, 5);
-      double largest = 0, off = 0;
+      SideBySide both(d, m, 5);
       long trip = -1, found = -1;
       // A late force ends within a second, the others at once.
       const bool fades = bit == control::kForceLate;
       for (long k = 0; k < (fades ? 2700 : 1600) && trip < 0; ++k) {
         if (k == 1500) {
-          if (bit == control::kForceLost) rig.machine().gain = 0;
-          if (bit == control::kForceReversed) rig.machine().gain *= -1;
-          if (bit == control::kForceLate) rig.machine().delay += 8e-3;
+          if (bit == control::kForceLost) both.rig.machine().gain = 0;
+          if (bit == control::kForceReversed) both.rig.machine().gain *= -1;
+          if (bit == control::kForceLate) both.rig.machine().delay += 8e-3;
         }
-        const Measurement r = rig.read();
-        const double in[] = {r.x, r.y, r.beta, r.omega, r.omega_dot};
-        double out[3];
-        const int status = exported.go(in, 1, out);
-        const auto answer = controller.step(r);
-        const std::uint32_t word = controller.state().supervision.word;
-        ASSERT_EQ(status, answer ? 0 : 4) << law << " " << k;
-        ASSERT_EQ(static_cast<std::uint32_t>(out[2]), word) << law << " " << k;
-        const Command u = answer ? *answer : Command{};
-        largest = std::max({largest, std::abs(u.ux), std::abs(u.uy)});
-        off = std::max({off, std::abs(out[0] - u.ux), std::abs(out[1] - u.uy)});
-        if (found < 0 && (word & bit) != 0) {
+        const auto answer = both.step();
+        ASSERT_TRUE(both.alike) << law << " " << k;
+        if (found < 0 && (both.word & bit) != 0) {
           found = k;
-          EXPECT_NE(word & control::kForceOff, 0u) << law << " " << bit;
+          EXPECT_NE(both.word & control::kForceOff, 0u) << law << " " << bit;
           EXPECT_EQ(!answer, !fades) << law << " " << bit;
         }
         if (!answer) {
           trip = k;
-          EXPECT_NE(word & bit, 0u) << law << " " << bit << ": " << control::supervision_text(word);
+          EXPECT_NE(both.word & bit, 0u) << law << " " << bit << ": " << control::supervision_text(both.word);
         }
-        rig.write(u);
-        rig.advance();
       }
       EXPECT_GE(found, 1500) << law << " " << bit;
       EXPECT_LE(found, 1550) << law << " " << bit;
       EXPECT_GE(trip, 1500) << law << " " << bit;
       EXPECT_LE(trip, fades ? 2560 : 1550) << law << " " << bit;
-      EXPECT_LE(off, 1e-12 * largest) << law << " " << bit;
+      EXPECT_LE(both.off, 1e-12 * both.largest) << law << " " << bit;
     }
   }
 }
@@ -191,25 +208,16 @@ TEST(SupervisionExport, ActuatorsDeadFromTheFirstTickAreFoundAtTheTickOfTheLibra
   int tested = 0;
   for (const auto& [law, estimator] : {std::pair{"pd", "lpf"}, std::pair{"lsmc", "kfe"}}) {
     const ControllerDesign d = design_for(m, law, estimator);
-    const Exported exported(d);
-    control::Controller controller = control::make_controller(d);
-    testing::ForeignRig rig(m, 6);
-    rig.machine().gain = 0;
+    SideBySide both(d, m, 6);
+    both.rig.machine().gain = 0;
     long trip = -1;
-    for (long k = 0; k < 500 && trip < 0; ++k, rig.advance()) {
-      const Measurement r = rig.read();
-      const double in[] = {r.x, r.y, r.beta, r.omega, r.omega_dot};
-      double out[3];
-      const int status = exported.go(in, 1, out);
-      const auto answer = controller.step(r);
-      const std::uint32_t word = controller.state().supervision.word;
-      ASSERT_EQ(status, answer ? 0 : 4) << law << " " << k;
-      ASSERT_EQ(static_cast<std::uint32_t>(out[2]), word) << law << " " << k;
-      tested += (word & control::kForceTested) != 0;
-      if (!answer) trip = k;
+    for (long k = 0; k < 500 && trip < 0; ++k) {
+      if (!both.step()) trip = k;
+      ASSERT_TRUE(both.alike) << law << " " << k;
+      tested += (both.word & control::kForceTested) != 0;
     }
     EXPECT_GE(trip, 0) << law;
-    EXPECT_NE(controller.state().supervision.word & control::kForceLost, 0u) << law;
+    EXPECT_NE(both.word & control::kForceLost, 0u) << law;
   }
   EXPECT_GT(tested, 0);
 }
@@ -220,28 +228,16 @@ TEST(SupervisionExport, AnUnbalanceThatTreblesIsToldFromAWrongForceAtTheTickOfTh
   m.down = 6;
   for (const auto& [law, estimator] : {std::pair{"pd", "lpf"}, std::pair{"lsmc", "kfe"}}) {
     const ControllerDesign d = design_for(m, law, estimator);
-    const Exported exported(d);
-    control::Controller controller = control::make_controller(d);
-    testing::ForeignRig rig(m, 5);
-    double largest = 0, off = 0;
+    SideBySide both(d, m, 5);
     std::uint32_t words = 0;
     for (long k = 0; k < 2500; ++k) {
-      if (k == 1500) rig.machine().unbalance *= 3;
-      const Measurement r = rig.read();
-      const double in[] = {r.x, r.y, r.beta, r.omega, r.omega_dot};
-      double out[3];
-      const int status = exported.go(in, 1, out);
-      const auto answer = controller.step(r);
-      words |= controller.state().supervision.word;
-      ASSERT_EQ(status, 0) << law << " " << k;
+      if (k == 1500) both.rig.machine().unbalance *= 3;
+      const auto answer = both.step();
+      words |= both.word;
       ASSERT_TRUE(answer) << law << " " << k << ": " << control::supervision_text(words);
-      ASSERT_EQ(static_cast<std::uint32_t>(out[2]), controller.state().supervision.word) << law << " " << k;
-      largest = std::max({largest, std::abs(answer->ux), std::abs(answer->uy)});
-      off = std::max({off, std::abs(out[0] - answer->ux), std::abs(out[1] - answer->uy)});
-      rig.write(*answer);
-      rig.advance();
+      ASSERT_TRUE(both.alike) << law << " " << k;
     }
-    EXPECT_LE(off, 1e-12 * largest) << law;
+    EXPECT_LE(both.off, 1e-12 * both.largest) << law;
     EXPECT_NE(words & control::kForceTested, 0u) << law << ": " << control::supervision_text(words);
     EXPECT_NE(words & control::kUnbalanceChanged, 0u) << law << ": " << control::supervision_text(words);
   }

@@ -212,8 +212,10 @@ bool rings(const VibrationFinding& f, const Passage& p, bool speeds_up) {
 
 /// A run through a resonance turns the 1X vector within a block of turns, whose mean is too small: there the largest
 /// vector of a turn is the size, as in a Bode plot.
-void read_runs_by_turn(const Recording& record, const Rotation& turning, VibrationFindings& result) {
+void read_runs_by_turn(Recording record, const Rotation& turning, VibrationFindings& result) {
   if (at_one_speed(turning)) return;
+  for (Channel& c : record.channels)
+    if (std::optional<VectorXd> whole = bridged(c.samples)) c.samples = *std::move(whole);
   const bool speeds_up = turning.speed[turning.size() - 1] > turning.speed[0];
   std::map<std::string, std::vector<Passage>> passed;
   for (VibrationFinding& f : result.findings) {

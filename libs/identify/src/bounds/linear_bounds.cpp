@@ -183,7 +183,7 @@ std::string canonical(const std::string& name) {
 std::vector<BoundRow> linear_rows(const IdentifyOptions& options, const std::set<std::string>& names,
                                   const IdentifiedModel& model) {
   std::vector<BoundRow> rows;
-  for (const LinearBound& bound : options.bounds) {
+  for (const LinearBound& bound : options.bounds.linear) {
     BoundRow row{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.parameters.size())), bound.limit, bound.text};
     for (const auto& [given, weight] : bound.weights) {
       const std::string name = names.contains(given) ? given : canonical(given);
@@ -217,15 +217,15 @@ LinearBound linear_bound(const std::string& text) {
 }
 
 void detail::check_bounds(const IdentifyOptions& o) {
-  if (!bounded(o)) return;
+  if (!o.bounds.any()) return;
   if (o.method != Method::sindy || o.sindy.discrete || !o.sindy.refine || o.sindy.hidden > 0 ||
-      !o.sindy.denominators.empty()) {
+      !o.sindy.equations.denominators.empty()) {
     throw Error(
         "bounds between coefficients, the decay of the linear part and trapping need differential equations refined on "
         "free "
         "runs (--method sindy), without hidden states or denominators");
   }
-  if (!o.sindy.signs.empty())
+  if (!o.sindy.equations.signs.empty())
     throw Error(
         "sign bounds and bounds between coefficients exclude each other: write a sign as a bound, [v': x] <= 0");
   check_trapping(o);
@@ -234,13 +234,13 @@ void detail::check_bounds(const IdentifyOptions& o) {
 std::optional<Trapping> detail::hold_bounds(const IdentifyOptions& options, const Recording& like,
                                             IdentifiedModel& model) {
   constexpr int kSteps = 60;
-  if (!bounded(options) || model.summary.status == Status::unusable) return {};
+  if (!options.bounds.any() || model.summary.status == Status::unusable) return {};
   const auto [names, ties] = unknowns_of(options, like, model);
   const auto n = static_cast<Eigen::Index>(model.parameters.size());
   std::vector<BoundRow> rows = linear_rows(options, names, model);
   if (static_cast<Eigen::Index>(model.parameter_covariance.size()) != n * n || n == 0)
     throw Error("bounds between coefficients need the refinement on free runs, which did not end");
-  if (options.trapping) return hold_trapping({names, ties}, rows, like, model);
+  if (options.bounds.trapping) return hold_trapping({names, ties}, rows, like, model);
   const Eigen::MatrixXd covariance = Eigen::Map<const Eigen::MatrixXd>(model.parameter_covariance.data(), n, n);
   Eigen::VectorXd p0(n);
   for (Eigen::Index k = 0; k < n; ++k) p0[k] = model.parameters[static_cast<std::size_t>(k)].second.value;
@@ -252,18 +252,18 @@ std::optional<Trapping> detail::hold_bounds(const IdentifyOptions& options, cons
                               rows.size() > linear ? rows.back().text : rows.front().text));
   };
   if (!rows.empty()) solve();
-  if (std::isfinite(options.least_decay)) {
+  if (std::isfinite(options.bounds.least_decay)) {
     const LinearPart part = linear_part(model, ties);
-    const double scale = std::max(std::abs(slowest(part, p0)), std::abs(options.least_decay)),
+    const double scale = std::max(std::abs(slowest(part, p0)), std::abs(options.bounds.least_decay)),
                  enough = 1e-9 * std::max(scale, 1e-12);
     int step = 0;
-    for (; slowest(part, p) < options.least_decay - enough; ++step) {
+    for (; slowest(part, p) < options.bounds.least_decay - enough; ++step) {
       if (step == kSteps)
         throw Error(fmt::format("no coefficients of these terms near the records let the linear part decay at {:g} 1/s",
-                                options.least_decay));
+                                options.bounds.least_decay));
       rows.resize(linear);
       // A tenth of the tolerance inside, so that the last step ends within it.
-      for (BoundRow& r : decay_rows(part, p, options.least_decay + 0.1 * enough)) rows.push_back(std::move(r));
+      for (BoundRow& r : decay_rows(part, p, options.bounds.least_decay + 0.1 * enough)) rows.push_back(std::move(r));
       solve();
     }
   }

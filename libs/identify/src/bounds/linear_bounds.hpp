@@ -3,10 +3,6 @@
 
 namespace whirl::identification::detail {
 
-inline bool bounded(const IdentifyOptions& o) {
-  return !o.bounds.empty() || o.least_decay == o.least_decay || o.trapping;
-}
-
 /// Throws Error on what bounds between coefficients do not go with.
 void check_bounds(const IdentifyOptions& options);
 

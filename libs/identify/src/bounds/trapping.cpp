@@ -348,10 +348,10 @@ double share_missed(const IdentifiedModel& model, const Recording& record) {
 }  // namespace
 
 void check_trapping(const IdentifyOptions& o) {
-  if (!o.trapping) return;
+  if (!o.bounds.trapping) return;
   if (!o.sindy.inputs.empty() || o.sindy.order != 1)
     throw Error("--trapping is for quadratic systems of first order without inputs and time");
-  if (std::isfinite(o.least_decay)) throw Error("--trapping and --stable-1s exclude each other");
+  if (std::isfinite(o.bounds.least_decay)) throw Error("--trapping and --stable-1s exclude each other");
   const auto check = [&](const std::string& lhs, const expr::Expr& term) {
     if (!of_degree_two(term, o.sindy.states))
       throw Error(

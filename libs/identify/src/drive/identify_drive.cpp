@@ -29,8 +29,7 @@ struct DriveRecord {
 DriveRecord prepared(const Recording& in, const DriveOptions& o, const std::string& drive) {
   DriveRecord out;
   const RotorRecord rotor = rotor_record(in, o.rotor.record);
-  if (rotor.summary.status == Status::unusable)
-    throw Error(fmt::format("{}: {}", in.source, rotor.summary.warnings.back()));
+  if (rotor.summary.status == Status::unusable) throw Error(fmt::format("{}: {}", in.source, rotor.summary.reason));
   const Eigen::Index n = rotor.size();
   out.angle = rotor.angle;
   out.record.dt = rotor.dt;

@@ -7,6 +7,7 @@
 #include "whirl/identify/drive.hpp"
 #include "whirl/identify/trajectory.hpp"
 #include "whirl/rotor/simulate.hpp"
+#include "whirl/signal/angle.hpp"
 #include "whirl/signal/noise.hpp"
 
 namespace whirl::identification {
@@ -36,6 +37,8 @@ Recording simulate_drive(const IdentifiedModel& model, const Recording& record) 
   require_drive(model);
   const TrajectoryModel six = six_states(model);
   Recording in = record;
+  for (Channel& c : in.channels)
+    if (c.name == "beta") c.samples = signal::unwrapped(c.samples);  // it may come back to 0 every turn
   for (const std::string& input : model.inputs) {
     if (!in.has(input)) in.add(input, Quantity::dimensionless, Eigen::VectorXd::Zero(record.size()));
   }

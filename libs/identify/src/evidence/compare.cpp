@@ -54,7 +54,7 @@ ComparedFit timed_fit(const std::string& name, const std::function<IdentifiedMod
 std::vector<ComparedFit> compare_regressors(const std::vector<Recording>& records, const SindyOptions& options) {
   Summary summary;
   detail::check_signals(records, options.states, options.inputs, options.discrete, summary);
-  if (summary.status == Status::unusable) throw Error(summary.warnings.back());
+  if (summary.status == Status::unusable) throw Error(summary.reason);
   detail::SindyData data(options);
   data.add(records, std::numeric_limits<Eigen::Index>::max());
   data.finish();

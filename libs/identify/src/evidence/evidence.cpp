@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "trajectory/trajectory_score.hpp"
 #include "weak/integral_rows.hpp"
@@ -15,6 +14,7 @@
 #include "whirl/identify/identify.hpp"
 #include "whirl/identify/rotor_record.hpp"
 #include "whirl/identify/simulate_model.hpp"
+#include "whirl/signal/angle.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -129,9 +129,7 @@ static Eigen::ArrayXd by_speed(const Eigen::VectorXd& beta) {
   constexpr double kLeast = 0.1;
   constexpr Eigen::Index kReach = 25;
   const Eigen::Index n = beta.size();
-  Eigen::VectorXd turned = beta;  // it may come back to 0 every turn
-  for (Eigen::Index i = 1; i < n; ++i)
-    turned[i] = turned[i - 1] + std::remainder(beta[i] - beta[i - 1], 2 * std::numbers::pi);
+  const Eigen::VectorXd turned = signal::unwrapped(beta);
   Eigen::ArrayXd speed(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Index from = std::max<Eigen::Index>(0, i - kReach), to = std::min(n - 1, i + kReach);

@@ -35,7 +35,7 @@ io::Json row_json(const MethodRow& row) {
   }
   out.set("equations", std::move(equations));
   out.set("held_out", to_json(row.held_out));
-  out.set("reason", s.status == Status::unusable ? s.warnings.back() : row.held_out.reason);
+  out.set("reason", s.status == Status::unusable ? s.reason : row.held_out.reason);
   return out;
 }
 

@@ -285,7 +285,7 @@ bool tell(const Difference& difference, const Eigen::MatrixXd& rows, const std::
 
 void judge_parts(const std::vector<Recording>& records, const SindyOptions& options, IdentifiedModel& model) {
   if (model.summary.status == Status::unusable || options.discrete || !options.refine || options.hidden > 0 ||
-      !options.denominators.empty() || model.parameters.empty())
+      !options.equations.denominators.empty() || model.parameters.empty())
     return;
   const std::optional<Runs> fitted = fitted_runs(records, options, model);
   if (!fitted) return;

@@ -105,7 +105,7 @@ double odds_of(const OutputErrorFit& own, const OutputErrorFit& other) {
 }
 
 void bow_beside_runout(bool better, RotorIdentification& result) {
-  if (result.active.runout_harmonics < 1) return;
+  if (result.active.probes.runout_harmonics < 1) return;
   IdentifiedModel& model = result.model;
   const Estimate *re = model.parameter("runout1+_re"), *im = model.parameter("runout1+_im");
   const std::complex<double> runout(re->value, im->value);
@@ -172,7 +172,7 @@ void either_probe(RotorIdentification& result) {
 
 /// A pure delay, or a filter (first-order low-pass at the most) or averaging, which reads the motion smaller too.
 void delay_of_filter(RotorIdentification& result) {
-  if (!result.active.delay) return;
+  if (!result.active.clock.delay) return;
   const double turn = result.model.rotor->natural_frequency() * result.fit.delay;
   const IdentifiedModel other = seen_otherwise(result.model, std::hypot(1, turn), 0);
   Ambiguity open{
@@ -310,7 +310,7 @@ void forget_phase(RotorIdentification& result) {
   result.assumptions.push_back(
       fmt::format("the angle is not measured: the speed is taken from the vibration as a polynomial of degree {} in "
                   "time, and the phase of e means nothing",
-                  result.active.profile_degree));
+                  result.active.clock.profile_degree));
   model.summary.warn(
       "no angle is measured: it is taken from the vibration itself; the phase of e means nothing (no balancing angle), "
       "k1, k2, c and the size of e are found beside it. A once-per-turn pulse (--pulses) gives both");
@@ -342,8 +342,8 @@ void state_angle_step(const std::vector<RotorRecord>& records, RotorIdentificati
 }
 
 void state_modes_above(RotorIdentification& result) {
-  if (result.active.given_mode < 0) return;
-  const auto place = static_cast<std::size_t>(result.active.given_mode);
+  if (result.active.modes.given < 0) return;
+  const auto place = static_cast<std::size_t>(result.active.modes.given);
   const double w = result.fit.model.modes[place].omega;
   double most = 0, highest = 0;
   for (const OutputErrorRecord& r : result.fit.records) {

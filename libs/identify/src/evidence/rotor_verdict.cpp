@@ -92,14 +92,14 @@ void judge_reach(const RotorIdentification& result, const Cover& cover, Summary&
                    summary);
   for (std::size_t k = 0; k < result.model.rotor->modes.size(); ++k) {
     const ForcedMode& m = result.model.rotor->modes[k];
-    if (m.omega * kHzPerRadPerSec > high && static_cast<int>(k) != result.active.given_mode) {
+    if (m.omega * kHzPerRadPerSec > high && static_cast<int>(k) != result.active.modes.given) {
       summary.warn(
           fmt::format("the mode at {:.4g} Hz lies above the highest speed {:.1f} Hz: it was not passed, do not "
                       "predict beyond that speed",
                       m.omega * kHzPerRadPerSec, high));
     }
   }
-  if (result.active.delay) {
+  if (result.active.clock.delay) {
     summary.warn(fmt::format(
         "the {} lags the angle by {:.3g} ms; the phase of e rests on this{}: give the known "
         "sensor delay, or check the angle",
@@ -107,13 +107,13 @@ void judge_reach(const RotorIdentification& result, const Cover& cover, Summary&
         result.fit.delay < 0 || result.fit.delay > 5e-3 ? " (implausible for a sensor: rather an error of the angle)"
                                                         : ""));
   }
-  if (result.active.profile_degree > 0 && summary.chi_square > rules::kModelError) {
+  if (result.active.clock.profile_degree > 0 && summary.chi_square > rules::kModelError) {
     summary.warn(fmt::format("the angle is not the assumed profile corrected by a polynomial of degree {}: measure it",
-                             result.active.profile_degree));
+                             result.active.clock.profile_degree));
   }
   // Near standstill the probes see runout alone; without such a stretch it is part of e.
   const bool probes = result.model.quantity == Quantity::displacement;
-  if (probes && result.active.runout_harmonics == 0 && low > rules::kNearStandstill * critical) {
+  if (probes && result.active.probes.runout_harmonics == 0 && low > rules::kNearStandstill * critical) {
     summary.warn(fmt::format(
         "the records do not go below {:.1f} Hz: shaft runout cannot be distinguished from the unbalance and is "
         "part of e",

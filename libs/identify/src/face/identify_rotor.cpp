@@ -107,9 +107,9 @@ bool part_records(const std::vector<RotorRecord>& records, const WeakRotorOption
   };
   start = alone[0];
   for (std::size_t r = 1; r < alone.size(); ++r) start.eps.push_back(alone[r].eps[0]);
-  active.record_k1 = changes(0);
-  active.record_c = changes(2);
-  return !active.record_k1.empty() || !active.record_c.empty();
+  active.changes.k1 = changes(0);
+  active.changes.c = changes(2);
+  return !active.changes.k1.empty() || !active.changes.c.empty();
 }
 
 /// The model that the records ask for, from the weak equations `first` of `moving`, the records as displacements; where
@@ -119,11 +119,12 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
                         OutputErrorOptions& active) {
   using detail::Beside;
   using detail::RotorSearch;
+  detail::FitMemory memory(records);
   std::unique_ptr<RotorSearch> best;
   const auto misfit = [&] { return best ? best->misfit() : INFINITY; };
   const auto search = [&](const RotorModel& start, const std::vector<std::complex<double>>& eps,
                           const OutputErrorOptions& with, Beside beside = Beside::nothing) {
-    return std::make_unique<RotorSearch>(records, start, eps, with, options, beside);
+    return std::make_unique<RotorSearch>(records, start, eps, with, options, memory, beside);
   };
   /// A model with more in it that does not explain the records either must leave half of what the simpler one does.
   const auto take = [&](std::unique_ptr<RotorSearch> other, double share) {
@@ -193,13 +194,15 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vect
 detail::GrownRotor fitted_as(const std::vector<RotorRecord>& records, const RotorIdentification& like,
                              const RotorIdentifyOptions& options) {
   OutputErrorOptions active = like.active;
-  active.substeps = like.fit.substeps;
-  active.profile_degree = options.angle_source == AngleSource::measured ? 0 : options.profile_degree;
+  active.solver.substeps = like.fit.substeps;
+  active.clock.profile_degree = options.angle_source == AngleSource::measured ? 0 : options.profile_degree;
   std::vector<std::complex<double>> eps;
   for (std::size_t r = 0; r < records.size(); ++r) eps.push_back(like.fit.records[r].eps);
-  for (std::vector<double>* own : {&active.record_k1, &active.record_c})
+  for (std::vector<double>* own : {&active.changes.k1, &active.changes.c})
     if (!own->empty()) own->resize(records.size());
-  detail::RotorSearch search(records, like.fit.model, eps, active, options, detail::Beside::no_search, like.fit.delay);
+  detail::FitMemory memory(records);
+  detail::RotorSearch search(records, like.fit.model, eps, active, options, memory, detail::Beside::no_search,
+                             like.fit.delay);
   return std::move(search).finish();
 }
 
@@ -207,7 +210,7 @@ detail::GrownRotor fitted_as(const std::vector<RotorRecord>& records, const Roto
 void name_as_refined(detail::GrownRotor& grown) {
   std::vector<double> modes, decays;
   for (std::size_t k = 0; k < grown.fit.model.modes.size(); ++k)
-    if (static_cast<int>(k) != grown.active.given_mode) modes.push_back(grown.fit.model.modes[k].omega);
+    if (static_cast<int>(k) != grown.active.modes.given) modes.push_back(grown.fit.model.modes[k].omega);
   for (const DecayingMode& d : grown.fit.decays) decays.push_back(d.omega);
   const auto rename = [&](const std::string& kind, const std::vector<double>& omegas) {
     std::size_t next = 0;
@@ -279,8 +282,8 @@ void take_high_pass(const std::vector<RotorRecord>& records, const RotorIdentify
   constexpr double kCorner = 2 * std::numbers::pi;  // rad/s; data sheets say 0.1 to 5 Hz
   if (!options.terms) return;
   OutputErrorOptions with = active;
-  with.sensors.push_back(&terms::ac_coupling());
-  with.sensor.high_pass = kCorner;
+  with.probes.errors.push_back(&terms::ac_coupling());
+  with.probes.start.high_pass = kCorner;
   const OutputErrorFit plain = fit_output_error_rotor(records, first.model, active, first.eps);
   const OutputErrorFit coupled = fit_output_error_rotor(records, first.model, with, first.eps);
   if (coupled.summary.status == Status::unusable) return;
@@ -289,7 +292,7 @@ void take_high_pass(const std::vector<RotorRecord>& records, const RotorIdentify
   const double left = coupled.summary.chi_square, gain = readings * (plain.summary.chi_square - left);
   const bool none = plain.summary.status == Status::unusable;
   if (!none && !(gain > options.score_threshold * std::max(1.0, left))) return;
-  with.sensor = coupled.sensor;
+  with.probes.start = coupled.sensor;
   active = std::move(with);
   first.model = coupled.model;
   for (std::size_t r = 0; r < first.eps.size(); ++r) first.eps[r] = coupled.records[r].eps;
@@ -330,7 +333,7 @@ static RotorIdentification identified(const std::vector<RotorRecord>& given, con
   const bool displacement = model.quantity == Quantity::displacement;
   if (options.angle_source != AngleSource::measured) {
     for (RotorRecord& r : records) search_profile(r, options);
-    result.active.profile_degree = options.profile_degree;
+    result.active.clock.profile_degree = options.profile_degree;
   }
   std::vector<RotorRecord> integrated;
   for (const RotorRecord& r : records)
@@ -341,7 +344,7 @@ static RotorIdentification identified(const std::vector<RotorRecord>& given, con
   weak.half_width = options.half_width;
   WeakRotorFit first = weak_start(moving, weak, displacement);
   if (first.summary.status == Status::unusable) {
-    model.summary.fail(first.summary.warnings.back());
+    model.summary.fail(first.summary.reason);
     return result;
   }
   if (std::any_of(records.begin(), records.end(), [](const RotorRecord& r) { return r.colour.size() > 0; })) {
@@ -353,7 +356,7 @@ static RotorIdentification identified(const std::vector<RotorRecord>& given, con
                                              : grow(records, moving, weak, std::move(first), options, result.active);
   if (!grown.usable()) {
     for (const std::string& w : grown.warnings) model.summary.warn(w);
-    model.summary.fail(grown.fit.summary.warnings.back());
+    model.summary.fail(grown.fit.summary.reason);
     return result;
   }
   if (grown.bow) detail::read_as_runout(grown.fit);

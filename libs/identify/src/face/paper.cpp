@@ -134,9 +134,8 @@ Eigen::VectorXd start_state(const RotorRecord& record, Eigen::Index first, const
 
 /// The record's verdict, when nothing can be identified from it.
 bool unusable(const RotorRecord& record, IdentifiedModel& model) {
-  for (const std::string& w : record.summary.warnings) model.summary.warn(w);
+  model.summary.take(record.summary);
   if (record.summary.status != Status::unusable) return false;
-  model.summary.status = Status::unusable;
   model.states.clear();
   model.equations.clear();
   return true;
@@ -232,7 +231,7 @@ IdentifiedModel identify_paper(const Recording& recording, const PaperOptions& o
 
 std::vector<ComparedFit> compare_regressors(const RotorRecord& record, const PaperOptions& options) {
   IdentifiedModel model;
-  if (unusable(record, model)) throw Error(model.summary.warnings.back());
+  if (unusable(record, model)) throw Error(model.summary.reason);
   const PaperRegression r = prepare(record, options);
   return detail::compare_all(r.terms.size(), options.solver,
                              [&](const regression::SolveOptions& solver) { return regress(record, r, solver); });

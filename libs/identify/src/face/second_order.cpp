@@ -147,7 +147,7 @@ regression::SparseFit regress(const Recording& recording, const std::string& out
     throw Error::in_field("filter width", fmt::format("{} s", options.filter_sd), "far below the record");
   regression::SolveOptions solver = options.solver;
   for (std::size_t j = 0; j < terms.size(); ++j) {
-    if (terms[j].is_number()) solver.keep.push_back(static_cast<int>(j));
+    if (terms[j].is_number()) solver.rules.keep.push_back(static_cast<int>(j));
   }
   return regression::solve(
       regression::make_problem(theta.middleRows(cut, inside), target.segment(cut, inside), 50, library), solver);
@@ -161,7 +161,7 @@ std::optional<IdentifiedModel> by_stretches(const Recording& recording, const Id
   sindy.states = {like.states.front()};
   sindy.inputs = like.inputs;
   sindy.order = 2;
-  sindy.find_timing = false;
+  sindy.timing.find = false;
   for (const expr::Expr& t : terms) sindy.library.push_back(t.str());
   try {
     IdentifiedModel found = fit_sindy({recording}, sindy);
@@ -302,8 +302,8 @@ double free_run_error(const IdentifiedModel& model, const Recording& recording, 
   return error.norm() / std::sqrt(static_cast<double>(n - skip));
 }
 
-IdentifiedModel identify_second_order(const Recording& recording, const std::string& output, const std::string& input,
-                                      const SecondOrderOptions& options) {
+IdentifiedModel identify_second_order(const Recording& recording, const SecondOrderOptions& options) {
+  const std::string &output = options.output, &input = options.input;
   recording.check();
   for (const std::string& channel : {output, input})
     static_cast<void>(recording[channel]);  // throws where it is missing

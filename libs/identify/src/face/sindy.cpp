@@ -151,7 +151,7 @@ IdentifiedModel detail::fit_untimed(const std::vector<Recording>& records, const
 
 IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOptions& options,
                           std::vector<BoundOutcome>* bounds) {
-  if (!options.denominators.empty()) return fit_rational(records, options);
+  if (!options.equations.denominators.empty()) return fit_rational(records, options);
   if (options.hidden > 0) return fit_hidden(records, options);
   return detail::timing_sought(options) ? detail::fit_timed(records, options, bounds)
                                         : detail::fit_untimed(records, options, bounds);

@@ -32,12 +32,12 @@ expr::Expr known_part(const expr::CandidateLibrary& library, std::size_t equatio
 
 /// States, inputs, order and candidate columns that the library asks for.
 SindyOptions options_of(const expr::CandidateLibrary& library, SindyOptions o) {
-  if (!o.signs.empty()) throw Error("sign bounds are for fits without a library of ties and known parts");
+  if (!o.equations.signs.empty()) throw Error("sign bounds are for fits without a library of ties and known parts");
   o.states.clear();
   o.inputs.clear();
   o.library.clear();
-  o.library_of.clear();
-  o.known.clear();
+  o.equations.library_of.clear();
+  o.equations.known.clear();
   std::vector<int> orders;  // 0: map
   for (const std::string& lhs : library.lhs) {
     const bool map = lhs.ends_with("[k+1]");
@@ -57,7 +57,7 @@ SindyOptions options_of(const expr::CandidateLibrary& library, SindyOptions o) {
     if (name != "t" && !rate && !contains(o.states, name)) o.inputs.push_back(name);
   }
   for (std::size_t i = 0; i < library.lhs.size(); ++i) {
-    std::vector<std::string>& terms = o.library_of[library.lhs[i]];
+    std::vector<std::string>& terms = o.equations.library_of[library.lhs[i]];
     for (const expr::TiedGroup& g : library.groups) {
       for (const expr::TiedEntry& e : g.entries) {
         if (e.equation == i && !contains(terms, e.function.str())) terms.push_back(e.function.str());
@@ -107,9 +107,9 @@ class LibraryFit {
   LibraryFit(const detail::SindyData& data, const expr::CandidateLibrary& library, regression::SolveOptions solver)
       : data_(data), library_(library), solver_(std::move(solver)) {
     for (std::size_t g = 0; g < library.groups.size(); ++g) {
-      if (stays(library.groups[g])) solver_.keep.push_back(static_cast<int>(g));
+      if (stays(library.groups[g])) solver_.rules.keep.push_back(static_cast<int>(g));
     }
-    if (solver_.noise_floor == 0) solver_.noise_floor = data.options().least_share;
+    if (solver_.noise_floor == 0) solver_.noise_floor = data.options().search.least_share;
     model_.method = "sindy";
     model_.states = data.options().states;
     model_.inputs = data.options().inputs;
@@ -161,7 +161,7 @@ class LibraryFit {
     }
     model_.summary.residual = least_.residual;
     std::vector<int> wanted = fit.support;  // with those that should stay although no solution was found for them
-    for (int g : solver_.keep) {
+    for (int g : solver_.rules.keep) {
       if (std::find(wanted.begin(), wanted.end(), g) == wanted.end()) wanted.push_back(g);
     }
     const Eigen::MatrixXd gram = stacked.total.gram(wanted, wanted);
@@ -327,7 +327,7 @@ class LibraryFit {
 
   /// False when every candidate that may go is significant.
   bool drop_weakest(const Eigen::MatrixXd& covariance) {
-    double least = data_.options().t_value;
+    double least = data_.options().search.t_value;
     std::ptrdiff_t weakest = -1;
     for (std::size_t k = 0; k < support_.size(); ++k) {
       const Eigen::Index j = static_cast<Eigen::Index>(k);
@@ -410,7 +410,7 @@ std::vector<ComparedFit> compare_regressors(const std::vector<Recording>& record
   SindyOptions regression = options;
   regression.refine = false;
   const PreparedLibrary p = prepare(records, library, regression);
-  if (p.data == nullptr) throw Error(p.summary.warnings.back());
+  if (p.data == nullptr) throw Error(p.summary.reason);
   return detail::compare_all(p.library.groups.size(), options.solver, [&](const regression::SolveOptions& solver) {
     IdentifiedModel model = LibraryFit(*p.data, p.library, solver).run();
     detail::set_coefficient_units(model, p.like);

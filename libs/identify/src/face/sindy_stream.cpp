@@ -29,7 +29,7 @@ Eigen::Index count_rows(const NextPart& next, const IdentifyOptions& o) {
 Identification identify_stream(const std::function<NextPart()>& open, const std::string& source,
                                const std::function<SindyOptions(const Recording&)>& sindy_of,
                                const IdentifyOptions& o) {
-  if (detail::bounded(o)) throw Error("bounds between coefficients are for records that are held in memory");
+  if (o.bounds.any()) throw Error("bounds between coefficients are for records that are held in memory");
   // Where the part held out begins is known when the samples have been counted.
   const bool holds_out = o.holdout != 0;
   const Eigen::Index rows = holds_out ? count_rows(open(), o) : 0;
@@ -44,7 +44,7 @@ Identification identify_stream(const std::function<NextPart()>& open, const std:
     try {
       const IdentifiedModel model = stream->fit();
       if (model.summary.status == Status::unusable)
-        throw Error("the rest alone gives no model: " + model.summary.warnings.back());
+        throw Error("the rest alone gives no model: " + model.summary.reason);
       test = std::make_unique<HeldOutParts>(model, held.what);
     } catch (const Error& e) {
       held.reason = e.what();

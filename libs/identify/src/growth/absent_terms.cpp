@@ -13,14 +13,14 @@ namespace {
 /// `active` with what it lacks of the usual terms, at 0.
 OutputErrorOptions with_all(const OutputErrorFit& fit, OutputErrorOptions active, const std::vector<RotorTerm>& terms,
                             bool sensor, bool displacement) {
-  active.decays = fit.decays;
+  active.modes.decays = fit.decays;
   active.terms = fit.terms;
-  active.sensor = fit.sensor;
-  active.start_drift = fit.clock_drift;
+  active.probes.start = fit.sensor;
+  active.clock.start_drift = fit.clock_drift;
   const std::vector<Eigen::Index> references = reference_lanes(fit.terms);
-  const auto lanes =
-      static_cast<std::size_t>(kMostLanes - kProfile - active.profile_degree - active.delay - active.clock_drift -
-                               (references.empty() ? 0 : *std::ranges::max_element(references) + 1));
+  const auto lanes = static_cast<std::size_t>(kMostLanes - kProfile - active.clock.profile_degree - active.clock.delay -
+                                              active.clock.drift -
+                                              (references.empty() ? 0 : *std::ranges::max_element(references) + 1));
   for (RotorTerm t : terms) {
     if (t.entry->usual == nullptr || active.terms.size() >= lanes) continue;
     if (std::ranges::any_of(fit.terms, [&](const RotorTerm& f) { return f.is(*t.entry); })) continue;
@@ -30,7 +30,7 @@ OutputErrorOptions with_all(const OutputErrorFit& fit, OutputErrorOptions active
   for (const TermEntry* entry : term_catalogue()) {
     if (!displacement && entry->of_displacement) continue;
     if (sensor && entry->sensor != nullptr && entry->usual != nullptr && !active.estimates(*entry))
-      active.sensors.push_back(entry);
+      active.probes.errors.push_back(entry);
   }
   return active;
 }

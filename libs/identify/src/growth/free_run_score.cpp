@@ -55,19 +55,19 @@ ScoreTest score_on_free_runs(const std::vector<RotorRecord>& records, const Outp
   test.condition_number = fit.summary.condition_number;
   Growth now = growth;  // where the fit ended
   now.start = fit.model;
-  now.active.decays = fit.decays;
+  now.active.modes.decays = fit.decays;
   now.active.terms = fit.terms;
-  now.active.sensor = fit.sensor;
-  now.active.start_drift = fit.clock_drift;
-  now.active.substeps = fit.substeps;
+  now.active.probes.start = fit.sensor;
+  now.active.clock.start_drift = fit.clock_drift;
+  now.active.solver.substeps = fit.substeps;
   const auto score = [&](const TermEntry& entry, int place) {
     Growth with = with_term(now, {&entry, place}, false);
-    with.active.poles = growth.active.poles;
+    with.active.modes.poles = growth.active.modes.poles;
     OutputErrorFit at = fit;
     at.model.modes = with.start.modes;
     for (OutputErrorRecord& r : at.records) {
       r.participation.resize(with.start.modes.size(), 0);
-      r.decay.resize(2 * with.active.decays.size(), 0);
+      r.decay.resize(2 * with.active.modes.decays.size(), 0);
     }
     OutputErrorProblem problem(records, with.active, with.start.modes.size(), with.forces);
     Point point = point_of(at, with.active, problem.parameters());

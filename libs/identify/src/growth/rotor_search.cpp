@@ -11,7 +11,7 @@ Growth begin(const std::vector<RotorRecord>& records, const RotorModel& start, c
              const RotorIdentifyOptions& options, Beside beside, double delay) {
   const double main_frequency = std::sqrt(start.k1);
   Growth growth{active, start, delay, hammer_modes(options, main_frequency), {}, {}};
-  if (growth.active.sensor.gain_drift == 0) growth.active.sensor.drift_start = records.front().t0;
+  if (growth.active.probes.start.gain_drift == 0) growth.active.probes.start.drift_start = records.front().t0;
   if (options.terms) growth.terms = candidate_terms(records, main_frequency);
   for (const CandidateMode& c : growth.modes) growth.decays.push_back({{c.mode.omega, c.mode.zeta}});
   double top = 0;
@@ -31,15 +31,18 @@ Growth begin(const std::vector<RotorRecord>& records, const RotorModel& start, c
 
 RotorSearch::RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
                          std::vector<Complex> start_eps, const OutputErrorOptions& active,
-                         const RotorIdentifyOptions& options, Beside beside, double delay)
+                         const RotorIdentifyOptions& options, FitMemory& memory, Beside beside, double delay)
     : records_(records),
       options_(options),
+      memory_(memory),
       rare_(beside == Beside::rare_terms),
       given_(beside == Beside::no_search),
       modes_(beside == Beside::modes),
       growth_(begin(records, start, active, options, beside, delay)),
       eps_(std::move(start_eps)) {
   for (const RotorRecord& r : records) values_ += r.readings();
+  constexpr double kReadingsHeld = 2e5;  // of about 200 bytes
+  most_ = static_cast<int>(std::clamp(kReadingsHeld / values_, 1.0, 8.0));
   score_.half_width = options.half_width;
   score_.runout_harmonics = options.runout_harmonics;
   score_.delay = options.delay;

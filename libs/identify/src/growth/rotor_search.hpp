@@ -2,6 +2,7 @@
 #include <cmath>
 #include <optional>
 
+#include "growth/fit_memory.hpp"
 #include "growth/rotor_candidates.hpp"
 #include "rules/rules.hpp"
 
@@ -23,7 +24,8 @@ class RotorSearch {
  public:
   RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
               std::vector<std::complex<double>> start_eps, const OutputErrorOptions& active,
-              const RotorIdentifyOptions& options, Beside beside = Beside::nothing, double delay = 0);
+              const RotorIdentifyOptions& options, FitMemory& memory, Beside beside = Beside::nothing,
+              double delay = 0);
 
   bool usable() const { return fit_.summary.status != Status::unusable; }
   /// Chi-square of the weak equations or of the trajectory, the larger; infinite where there is no model.
@@ -49,6 +51,10 @@ class RotorSearch {
     double chi_square = 0, surprise = 0;
     Start found = {};
   };
+  struct Trial {
+    OutputErrorFit fit = {};
+    double before = 0;  // price of the short fits that it began with
+  };
   struct Trials {
     std::vector<Tried> tried = {};
     std::optional<OutputErrorFit> best = {};
@@ -60,7 +66,8 @@ class RotorSearch {
   OutputErrorFit fit(const Growth& g, const std::vector<Complex>& start_eps) const;
   OutputErrorFit fit_to_the_end(const Growth& g, OutputErrorFit found, double target) const;
   OutputErrorFit fit_from_either(const Growth& g, const Start& before) const;
-  OutputErrorFit fit_about_instant(Growth g, const ScoreCandidate& candidate);
+  Trial fit_about_instant(Growth g, const ScoreCandidate& candidate) const;
+  Trial trial_of(const Growth& with, const TermId& term, const ScoreTest& score) const;
   double gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const;
   double plausible_gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const;
   void settle();
@@ -81,7 +88,7 @@ class RotorSearch {
   void take(Trials& trials, std::size_t k, OutputErrorFit&& trial) const;
   void take_up(Trials&& trials);
   void try_bow();
-  void count(const OutputErrorFit& trial, const Growth& growth);
+  void count(const OutputErrorFit& trial, const Growth& growth, double before = 0);
   bool spent() const;
   bool gives_up();
   bool explains_enough(const OutputErrorFit& larger) const;
@@ -95,6 +102,7 @@ class RotorSearch {
 
   const std::vector<RotorRecord>& records_;
   const RotorIdentifyOptions& options_;
+  FitMemory& memory_;
   const bool rare_;   // rare terms are tried as the others are
   const bool given_;  // the model stays as it is given
   const bool modes_;  // modes of any frequency are among the candidates
@@ -102,6 +110,7 @@ class RotorSearch {
   std::vector<Complex> eps_;
   ScoreTestOptions score_;
   double values_ = 0;    // real readings
+  int most_ = 1;         // trial fits side by side: each holds the motions of all records
   double grid_for_ = 0;  // chi-square of the fit that chose the grid
   double tried_ = 0;     // steps of trial fits since the rest was halved
   double tried_in_all_ = 0;

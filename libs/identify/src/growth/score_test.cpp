@@ -156,8 +156,8 @@ class RecordRows {
       const auto of_record = [&](const Eigen::VectorXcd& motion) {
         r == number_ ? simulated_column(at_.force(motion)) : static_cast<void>(++simulated);
       };
-      if (!at_.active.record_k1.empty()) of_record(own.main);
-      if (!at_.active.record_c.empty()) of_record(own.main_rate);
+      if (!at_.active.changes.k1.empty()) of_record(own.main);
+      if (!at_.active.changes.c.empty()) of_record(own.main_rate);
     }
     for (const RotorTerm& term : at_.active.terms) simulated_column(force_rows(term));
     for (const TermEntry* entry : term_catalogue())
@@ -241,8 +241,9 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
     total += 2 * rows.back().size();
   }
   Stacked s;
-  s.shared = static_cast<Eigen::Index>(tied_columns(active).size() + active.terms.size() + active.sensors.size()) +
-             static_cast<Eigen::Index>((records.size() - 1) * (!active.record_k1.empty() + !active.record_c.empty()));
+  s.shared =
+      static_cast<Eigen::Index>(tied_columns(active).size() + active.terms.size() + active.probes.errors.size()) +
+      static_cast<Eigen::Index>((records.size() - 1) * (!active.changes.k1.empty() + !active.changes.c.empty()));
   s.active = Eigen::MatrixXd::Zero(total, s.shared + 4 * static_cast<Eigen::Index>(records.size()));
   s.instruments = s.active;
   s.right.resize(total);

@@ -5,6 +5,7 @@
 #include "growth/rotor_search.hpp"
 #include "rules/rules.hpp"
 #include "terms/catalogue.hpp"
+#include "whirl/core/parallel.hpp"
 
 /// From the end of the search to the model.
 namespace whirl::identification::detail {
@@ -85,26 +86,52 @@ void RotorSearch::find_others() {
   const auto is_taken = [&](const TermId& term) {
     return std::any_of(taken_.begin(), taken_.end(), [&](const Taken& t) { return t.term == term; });
   };
-  for (const auto& [taken, other, with] : near_) {
-    if (!is_taken(taken) || is_taken(other) || spent_at_end()) continue;
-    const std::optional<Growth> less = without_term(growth_, taken);
-    if (!less) continue;
-    OutputErrorFit replaced = fit_from_either(with_term(*less, other, options_.refine_poles), with);
-    count(replaced, growth_);
-    if (replaced.summary.status != Status::unusable && plausible_gain(replaced, fit_) < rules::kToldApart)
-      grown_.others.push_back({label(taken, growth_), label(other, growth_),
-                               std::min(taken.entry->decider, other.entry->decider), std::move(replaced)});
+  struct Replaced {
+    const Near* near;
+    Growth with;
+    OutputErrorFit fit = {};
+  };
+  std::vector<Replaced> replaced;
+  for (const Near& near : near_) {
+    if (!is_taken(near.taken) || is_taken(near.other)) continue;
+    if (const std::optional<Growth> less = without_term(growth_, near.taken))
+      replaced.push_back({&near, with_term(*less, near.other, options_.refine_poles)});
   }
+  const auto run = [&](int i) {
+    Replaced& r = replaced[static_cast<std::size_t>(i)];
+    r.fit = fit_from_either(r.with, r.near->with);
+  };
+  const auto weigh = [&](int i) {
+    auto& [near, with, fitted] = replaced[static_cast<std::size_t>(i)];
+    OutputErrorFit trial = std::move(fitted);  // its motions go with it
+    count(trial, growth_);
+    if (trial.summary.status != Status::unusable && plausible_gain(trial, fit_) < rules::kToldApart)
+      grown_.others.push_back({label(near->taken, growth_), label(near->other, growth_),
+                               std::min(near->taken.entry->decider, near->other.entry->decider), std::move(trial)});
+  };
+  parallel_trials(
+      static_cast<int>(replaced.size()), most_, [&] { return spent_at_end(); }, run, weigh);
   find_second_kind();
   if (fit_.summary.chi_square > rules::kAnotherModel) return;  // every term shows a sign of what is missing
-  for (const ScoreCandidate& c : grown_.test.candidates) {
-    if (!c.term->in_model || !c.term->hinted || c.score < rules::kHint) continue;
-    const Growth with = with_term(growth_, {c.term, c.place}, options_.refine_poles);
-    if (too_many(with)) continue;
-    OutputErrorFit more = fit(with);
-    if (more.summary.status != Status::unusable && plausible_gain(fit_, more) >= rules::kToldApart)
-      grown_.others.push_back({"", std::string(c.term->label), c.term->decider, std::move(more)});
-  }
+  std::vector<std::pair<const ScoreCandidate*, OutputErrorFit>> more;
+  for (const ScoreCandidate& c : grown_.test.candidates)
+    if (c.term->in_model && c.term->hinted && !(c.score < rules::kHint)) more.emplace_back(&c, OutputErrorFit{});
+  const auto run_hinted = [&](int i) {
+    auto& [c, trial] = more[static_cast<std::size_t>(i)];
+    const Growth with = with_term(growth_, {c->term, c->place}, options_.refine_poles);
+    if (too_many(with))
+      trial.summary.status = Status::unusable;
+    else
+      trial = fit(with);
+  };
+  const auto weigh_hinted = [&](int i) {
+    const auto& c = more[static_cast<std::size_t>(i)].first;
+    OutputErrorFit trial = std::move(more[static_cast<std::size_t>(i)].second);
+    if (trial.summary.status != Status::unusable && plausible_gain(fit_, trial) >= rules::kToldApart)
+      grown_.others.push_back({"", std::string(c->term->label), c->term->decider, std::move(trial)});
+  };
+  parallel_trials(
+      static_cast<int>(more.size()), most_, [] { return false; }, run_hinted, weigh_hinted);
 }
 
 /// An error of the probes that needs one of the model in its place.
@@ -113,8 +140,8 @@ void RotorSearch::find_second_kind() {
     if (second->after == nullptr || !growth_.active.estimates(second->after()) || growth_.active.estimates(*second))
       continue;
     Growth with = growth_;
-    with.active.sensor = fit_.sensor;
-    second->start(with.active.sensor);
+    with.active.probes.start = fit_.sensor;
+    second->start(with.active.probes.start);
     OutputErrorFit other = fit(with);
     if (other.summary.status != Status::unusable && gain(other, fit_) < rules::kToldApart)
       grown_.others.push_back(

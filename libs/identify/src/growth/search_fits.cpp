@@ -6,6 +6,7 @@
 
 #include "growth/rotor_search.hpp"
 #include "growth/term_sizes.hpp"
+#include "whirl/core/parallel.hpp"
 
 /// Fits of a growing model.
 namespace whirl::identification::detail {
@@ -33,27 +34,32 @@ Growth from(const Growth& g, const OutputErrorFit& found) {
   on.start = found.model;
   on.delay = found.delay;
   on.active.terms = found.terms;
-  on.active.sensor = found.sensor;
-  on.active.decays = found.decays;
-  on.active.start_drift = found.clock_drift;
+  on.active.probes.start = found.sensor;
+  on.active.modes.decays = found.decays;
+  on.active.clock.start_drift = found.clock_drift;
   return on;
 }
 
 }  // namespace
 
 bool ran_out(const OutputErrorFit& fit, const Growth& growth) {
-  return fit.summary.status != Status::unusable && fit.iterations >= growth.active.max_iterations;
+  return fit.summary.status != Status::unusable && fit.iterations >= growth.active.solver.max_iterations;
 }
 
 OutputErrorFit RotorSearch::fit(const Growth& g, const std::vector<Complex>& start_eps) const {
+  const bool memorable = !g.bow && g.forces.empty();
+  FitStart from_here{g.start, g.active, start_eps, g.delay};
+  if (memorable)
+    if (std::optional<OutputErrorFit> known = memory_.find(from_here)) return *std::move(known);
   OutputErrorFit found = fit_with_forces(records_, g.start, g.active, start_eps, g.delay, g.forces);
+  if (memorable) memory_.keep(std::move(from_here), found);
   // The force of a bow follows from what is found: c and the bow change it by little.
   for (int pass = 0; g.bow && pass < 2 && found.summary.status != Status::unusable; ++pass) {
     OutputErrorOptions active = g.active;
-    active.decays = found.decays;
+    active.modes.decays = found.decays;
     active.terms = found.terms;
-    active.sensor = found.sensor;
-    active.start_drift = found.clock_drift;
+    active.probes.start = found.sensor;
+    active.clock.start_drift = found.clock_drift;
     const std::vector<Complex> eps = start_of(found).eps;
     found = fit_with_forces(records_, found.model, active, eps, found.delay, bow_forces(found));
   }
@@ -64,7 +70,7 @@ OutputErrorFit RotorSearch::fit(const Growth& g, const std::vector<Complex>& sta
 OutputErrorFit RotorSearch::fit_to_the_end(const Growth& g, OutputErrorFit found, double target) const {
   for (const auto& [steps, then] : {std::pair{20, 80}, std::pair{80, 0}}) {
     Growth on = from(g, found);
-    on.active.max_iterations = steps;
+    on.active.solver.max_iterations = steps;
     OutputErrorFit further = fit(on, start_of(found).eps);
     const double before = found.summary.chi_square, after = further.summary.chi_square;
     if (further.summary.status == Status::unusable || !(after < before)) break;
@@ -77,11 +83,10 @@ OutputErrorFit RotorSearch::fit_to_the_end(const Growth& g, OutputErrorFit found
 /// The better of two fits, from where the growing model stands and from `before`: without a large term the other
 /// values are far from their place.
 OutputErrorFit RotorSearch::fit_from_either(const Growth& g, const Start& before) const {
-  OutputErrorFit here = fit(g);
   Growth then = g;
   then.start = before.model;
   then.start.modes = g.start.modes;
-  then.delay = g.active.delay ? before.delay : g.delay;
+  then.delay = g.active.clock.delay ? before.delay : g.delay;
   for (RotorTerm& t : then.active.terms) {
     const auto at = std::find_if(before.terms.begin(), before.terms.end(),
                                  [&](const RotorTerm& b) { return b.is(*t.entry) && b.part == t.part; });
@@ -89,7 +94,13 @@ OutputErrorFit RotorSearch::fit_from_either(const Growth& g, const Start& before
     t.value = at->value;
     if (t.entry->by_reference != nullptr) t.reference = at->reference;
   }
-  OutputErrorFit there = fit(then, before.eps);
+  OutputErrorFit here, there;
+  parallel_for(2, std::min(most_, 2), [&](int other) {
+    if (other)
+      there = fit(then, before.eps);
+    else
+      here = fit(g);
+  });
   const auto usable = [](const OutputErrorFit& f) { return f.summary.status != Status::unusable; };
   if (!usable(there)) return here;
   return usable(here) && here.summary.chi_square <= there.summary.chi_square ? here : there;
@@ -97,7 +108,7 @@ OutputErrorFit RotorSearch::fit_from_either(const Growth& g, const Start& before
 /// A fit with a force that begins at one instant, from where the weak equations put the model with it. The likelihood
 /// has a maximum in every half period of the free motion that the change sets off: a few steps from each of those about
 /// the instant given, then on from the best.
-OutputErrorFit RotorSearch::fit_about_instant(Growth g, const ScoreCandidate& candidate) {
+RotorSearch::Trial RotorSearch::fit_about_instant(Growth g, const ScoreCandidate& candidate) const {
   constexpr int kHalfPeriods = 3, kFewSteps = 4;
   const Eigen::VectorXd& moves = candidate.moves;
   const double half_period = std::numbers::pi / std::sqrt(g.start.k1);
@@ -108,18 +119,23 @@ OutputErrorFit RotorSearch::fit_about_instant(Growth g, const ScoreCandidate& ca
     eps[r] += Complex(moves[at], moves[at + 1]);
   }
   std::optional<OutputErrorFit> best;
+  double cost = 0;
   for (int k = -kHalfPeriods; k <= kHalfPeriods; ++k) {
     Growth at = g;
-    at.active.max_iterations = kFewSteps;
+    at.active.solver.max_iterations = kFewSteps;
     for (RotorTerm& t : at.active.terms)
       if (t.is(*candidate.term)) t.reference += k * half_period;
     OutputErrorFit found = fit(at, eps);
-    tried_in_all_ += price(found, at);
+    cost += price(found, at);
     if (found.summary.status == Status::unusable) continue;
     if (!best || found.summary.chi_square < best->summary.chi_square) best = std::move(found);
   }
-  if (!best) return fit(g);
-  return fit(from(g, *best), start_of(*best).eps);
+  if (!best) return {fit(g), cost};
+  return {fit(from(g, *best), start_of(*best).eps), cost};
+}
+RotorSearch::Trial RotorSearch::trial_of(const Growth& with, const TermId& term, const ScoreTest& score) const {
+  if (term.entry->by_reference != nullptr) return fit_about_instant(with, *score.find(*term.entry));
+  return {fit(with)};
 }
 
 /// Likelihood ratio of two fits, in the metric of the residual that the larger one leaves.
@@ -133,21 +149,21 @@ double RotorSearch::plausible_gain(const OutputErrorFit& smaller, const OutputEr
 /// The next fit starts where this one ended.
 void RotorSearch::settle() {
   growth_.start = fit_.model;
-  growth_.active.decays = fit_.decays;
+  growth_.active.modes.decays = fit_.decays;
   growth_.active.terms = fit_.terms;
-  growth_.active.sensor = fit_.sensor;
+  growth_.active.probes.start = fit_.sensor;
   for (std::size_t r = 0; r < eps_.size(); ++r) {
-    if (!growth_.active.record_k1.empty()) growth_.active.record_k1[r] = fit_.records[r].k1_change;
-    if (!growth_.active.record_c.empty()) growth_.active.record_c[r] = fit_.records[r].c_change;
+    if (!growth_.active.changes.k1.empty()) growth_.active.changes.k1[r] = fit_.records[r].k1_change;
+    if (!growth_.active.changes.c.empty()) growth_.active.changes.c[r] = fit_.records[r].c_change;
   }
   growth_.delay = fit_.delay;
-  growth_.active.start_drift = fit_.clock_drift;
+  growth_.active.clock.start_drift = fit_.clock_drift;
   if (growth_.bow) growth_.forces = bow_forces(fit_);
   for (std::size_t r = 0; r < eps_.size(); ++r) eps_[r] = fit_.records[r].eps;
 }
 /// The search compares fits of one grid.
 void RotorSearch::keep_grid() {
-  growth_.active.substeps = fit_.substeps;
+  growth_.active.solver.substeps = fit_.substeps;
   grid_for_ = fit_.summary.chi_square;
 }
 /// A model that leaves less asks for a finer grid.
@@ -155,7 +171,7 @@ void RotorSearch::refine_grid() {
   constexpr double kLess = 0.5;
   if (fit_.substeps == kMostSubsteps || !(fit_.summary.chi_square < kLess * grid_for_)) return;
   settle();
-  growth_.active.substeps = 0;
+  growth_.active.solver.substeps = 0;
   OutputErrorFit finer = fit(growth_);
   if (finer.summary.status != Status::unusable) fit_ = std::move(finer);
   keep_grid();

@@ -9,6 +9,7 @@
 #include "growth/term_sizes.hpp"
 #include "rules/rules.hpp"
 #include "terms/catalogue.hpp"
+#include "whirl/core/parallel.hpp"
 
 /// One step of the search after the other.
 namespace whirl::identification::detail {
@@ -38,9 +39,9 @@ double price(const OutputErrorFit& fit, const Growth& growth) {
   constexpr double kTerm = 0.25, kAngle = 1.5, kMode = 0.4;
   constexpr int kAround = 2;  // simulations before the first step and after the last
   const OutputErrorOptions& a = growth.active;
-  const bool turning = a.delay || a.clock_drift || a.profile_degree > 0;
+  const bool turning = a.clock.delay || a.clock.drift || a.clock.profile_degree > 0;
   const double force = fit.substeps * (1 + kTerm * static_cast<double>(a.terms.size()) + (turning ? kAngle : 0));
-  const double modes = kMode * static_cast<double>(growth.start.modes.size()) * (a.poles ? 5 : turning ? 1 : 0);
+  const double modes = kMode * static_cast<double>(growth.start.modes.size()) * (a.modes.poles ? 5 : turning ? 1 : 0);
   return (fit.iterations + kAround) * (force + modes);
 }
 
@@ -74,20 +75,30 @@ bool RotorSearch::step() {
 RotorSearch::Trials RotorSearch::try_each(const std::vector<TermId>& terms, const ScoreTest& score) {
   Trials trials;
   std::vector<std::pair<std::size_t, OutputErrorFit>> slow;  // that ran out of steps; a fit holds its motions
+  std::vector<std::pair<TermId, Growth>> larger;
   for (const TermId& term : terms) {
-    Growth with = with_term(growth_, term, options_.refine_poles);
-    if (too_many(with) || spent()) continue;
-    OutputErrorFit trial =
-        term.entry->by_reference != nullptr ? fit_about_instant(with, *score.find(*term.entry)) : fit(with);
-    count(trial, with);
-    if (trial.summary.status == Status::unusable) continue;
+    larger.emplace_back(term, with_term(growth_, term, options_.refine_poles));
+    if (too_many(larger.back().second)) larger.pop_back();
+  }
+  std::vector<Trial> runs(larger.size());
+  const auto run = [&](int i) {
+    const auto at = static_cast<std::size_t>(i);
+    runs[at] = trial_of(larger[at].second, larger[at].first, score);
+  };
+  const auto weigh = [&](int i) {
+    auto& [term, growth] = larger[static_cast<std::size_t>(i)];
+    auto [trial, before] = std::move(runs[static_cast<std::size_t>(i)]);
+    count(trial, growth, before);
+    if (trial.summary.status == Status::unusable) return;
     // A rare term that leaves something is no better than usual ones that together leave nothing.
-    if (term.entry->rare && !rare_ && !(trial.summary.chi_square < rules::kModelError)) continue;
-    trials.tried.push_back({term, std::move(with)});
+    if (term.entry->rare && !rare_ && !(trial.summary.chi_square < rules::kModelError)) return;
+    trials.tried.push_back({term, std::move(growth)});
     const std::size_t k = trials.tried.size() - 1;
     if (k < kLikely && ran_out(trial, trials.tried[k].with)) slow.emplace_back(k, trial);
     take(trials, k, std::move(trial));
-  }
+  };
+  parallel_trials(
+      static_cast<int>(larger.size()), most_, [&] { return spent(); }, run, weigh);
   try_at_one_instant(trials);
   for (auto& [k, trial] : slow) {
     if (spent()) break;
@@ -109,21 +120,37 @@ void RotorSearch::try_at_one_instant(Trials& trials) {
   const TermEntry* leading = leads.term.entry;
   if (leading->by_reference == nullptr) return;
   const double instant = instant_of(leads.found, *leading);
+  struct Moved {
+    std::size_t of;
+    Growth with;
+    ScoreCandidate there;
+    Trial trial = {};
+  };
+  std::vector<Moved> moved;
   for (std::size_t k = 0; k < trials.tried.size(); ++k) {
     const Tried& other = trials.tried[k];
     const TermEntry& entry = *other.term.entry;
-    if (entry.by_reference == nullptr || &entry == leading || spent()) continue;
+    if (entry.by_reference == nullptr || &entry == leading) continue;
     const double half_period = std::numbers::pi / std::sqrt(other.found.model.k1);
     if (std::abs(instant_of(other.found, entry) - instant) < half_period) continue;
     const std::optional<ScoreCandidate> there = best_instant(entry, {instant});
     if (!there) continue;
-    Growth with = other.with;
-    begin_at(with.active.terms, *there, instant);
-    OutputErrorFit moved = fit_about_instant(std::move(with), *there);
-    count(moved, other.with);
-    if (moved.summary.status != Status::unusable && moved.summary.chi_square < other.chi_square)
-      take(trials, k, std::move(moved));
+    moved.push_back({k, other.with, *there});
+    begin_at(moved.back().with.active.terms, *there, instant);
   }
+  const auto run = [&](int i) {
+    Moved& m = moved[static_cast<std::size_t>(i)];
+    m.trial = fit_about_instant(m.with, m.there);
+  };
+  const auto weigh = [&](int i) {
+    auto& [k, with, there, fitted] = moved[static_cast<std::size_t>(i)];
+    Trial trial = std::move(fitted);  // its motions go with it
+    count(trial.fit, with, trial.before);
+    if (trial.fit.summary.status != Status::unusable && trial.fit.summary.chi_square < trials.tried[k].chi_square)
+      take(trials, k, std::move(trial.fit));
+  };
+  parallel_trials(
+      static_cast<int>(moved.size()), most_, [&] { return spent(); }, run, weigh);
 }
 
 void RotorSearch::take(Trials& trials, std::size_t k, OutputErrorFit&& trial) const {
@@ -184,10 +211,10 @@ bool RotorSearch::explains_enough(const OutputErrorFit& larger) const {
   return after < rules::kAnotherModel || before - after >= rules::kExplainsLeast * (before - 1);
 }
 
-/// Adds what a trial fit cost.
-void RotorSearch::count(const OutputErrorFit& trial, const Growth& growth) {
+/// Adds what a trial fit cost, `before` it included.
+void RotorSearch::count(const OutputErrorFit& trial, const Growth& growth, double before) {
   tried_ += trial.iterations;
-  tried_in_all_ += price(trial, growth);
+  tried_in_all_ += price(trial, growth) + before;
 }
 /// What a search may cost is used up: about 3 ms a step for 12 s at 1 kHz.
 bool RotorSearch::spent() const {

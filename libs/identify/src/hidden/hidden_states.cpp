@@ -226,7 +226,7 @@ class Search {
     o.max_iterations = iterations;
     // A state more may take over what was read as dead time.
     for (const InputTiming& t : larger.timing) {
-      if (!options_.dead_time.contains(t.input)) o.free_dead_time.push_back(t.input);
+      if (!options_.timing.dead_time.contains(t.input)) o.free_dead_time.push_back(t.input);
     }
     std::size_t at = 0;
     for (const Equation& e : larger.equations) {

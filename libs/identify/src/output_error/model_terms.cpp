@@ -17,7 +17,8 @@ std::vector<Weak> weak_terms(const IdentifiedModel& model, const Shares& shares,
       const double share = total > 0 ? std::abs(c.value) * shares.of(term.function) / total : 0;
       const bool crosses = sign_of(signs, model.equations[e].lhs, term.function) * c.value < 0;
       const double worth =
-          crosses ? -1 : std::min(std::abs(c.value) / c.sd / options.t_value, share / options.least_share);
+          crosses ? -1
+                  : std::min(std::abs(c.value) / c.sd / options.search.t_value, share / options.search.least_share);
       if (!(worth >= 1)) weak.push_back({e, t, worth});
     }
   }

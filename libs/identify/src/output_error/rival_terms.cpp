@@ -30,7 +30,7 @@ std::vector<TermSet> best_sets(const TermCost& c, int left_out, int most) {
   // Not bic: every size is needed, not only those that could have the lowest.
   regression::SolveOptions options{.method = "best_subset", .selection = regression::Selection::aic, .max_terms = most};
   if (!c.sign.empty()) {
-    for (int j : columns) options.sign.push_back(c.sign[static_cast<std::size_t>(j)]);
+    for (int j : columns) options.rules.sign.push_back(c.sign[static_cast<std::size_t>(j)]);
   }
   std::vector<TermSet> sets;
   for (const regression::PathPoint& point : regression::solve(problem, options).path) {

@@ -4,6 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "whirl/core/least_squares.hpp"
+
 namespace whirl::identification::detail {
 
 std::vector<Remainder> remainders(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient,
@@ -12,13 +14,21 @@ std::vector<Remainder> remainders(const Eigen::MatrixXd& normal, const Eigen::Ve
       normal.diagonal()(active).unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0; });
   Eigen::MatrixXd own = scale.asDiagonal() * normal(active, active) * scale.asDiagonal();
   own.diagonal().array() += 1e-13;
-  const Eigen::LDLT<Eigen::MatrixXd> factor(own);
+  std::vector<int> all;
+  for (const std::vector<int>& c : candidates) all.insert(all.end(), c.begin(), c.end());
+  const auto sparse = solve_sparse(own, scale.asDiagonal() * normal(active, all));
+  const Eigen::LDLT<Eigen::MatrixXd> factor(sparse ? Eigen::MatrixXd() : own);
   std::vector<Remainder> left;
+  Eigen::Index at = 0;
   for (const std::vector<int>& c : candidates) {
     const Eigen::MatrixXd with = normal(active, c), alone = normal(c, c);
     Remainder r{alone, gradient(c), 0};
     if (!active.empty()) {
-      const Eigen::MatrixXd explained = scale.asDiagonal() * factor.solve(scale.asDiagonal() * with);
+      const auto n = static_cast<Eigen::Index>(c.size());
+      const Eigen::MatrixXd scaled = sparse ? Eigen::MatrixXd(sparse->middleCols(at, n))
+                                            : Eigen::MatrixXd(factor.solve(scale.asDiagonal() * with));
+      at += n;
+      const Eigen::MatrixXd explained = scale.asDiagonal() * scaled;
       r.information -= with.transpose() * explained;
       r.gradient -= explained.transpose() * gradient(active);
     }

@@ -20,7 +20,8 @@ Followed refine_and_select(IdentifiedModel& model, const Candidates& candidates,
     outcome = selector.settle(model);
   }
   if (outcome == TermSearch::Outcome::stopped) {
-    model.summary.fail(fmt::format("after {} passes over the free runs terms still come and go", options.max_passes));
+    model.summary.fail(
+        fmt::format("after {} passes over the free runs terms still come and go", options.search.max_passes));
     for (Equation& e : model.equations) {
       std::erase_if(e.terms,
                     [&](const EquationTerm& t) { return sign_of(signs, e.lhs, t.function) * t.coefficient.value < 0; });
@@ -36,8 +37,8 @@ Followed refine_and_select(IdentifiedModel& model, const Candidates& candidates,
   }
   const std::vector<Rival> rivals = selector.settle_rivals(model);
   if (selector.spent() && outcome == TermSearch::Outcome::settled) {
-    model.summary.warn(
-        fmt::format("the trial of other terms was cut short after {} passes over the free runs", options.max_passes));
+    model.summary.warn(fmt::format("the trial of other terms was cut short after {} passes over the free runs",
+                                   options.search.max_passes));
   }
   if (!selector.converged()) model.summary.warn("the refinement on free runs did not converge");
   // Weighted residuals have variance 1 when only the estimated noise is left.

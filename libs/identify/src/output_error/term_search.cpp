@@ -175,7 +175,7 @@ bool TermSearch::drop_jointly(IdentifiedModel& model, const Eigen::MatrixXd& cov
   if (!wald.total.gram.allFinite() || !(wald.total.energy > 0)) return false;
   wald.effective_rows = samples();
   const regression::SparseFit fit = regression::solve(wald, {.method = "best_subset"});
-  const double price = options_.t_value * options_.t_value;
+  const double price = options_.search.t_value * options_.search.t_value;
   const regression::PathPoint* best = nullptr;
   for (const regression::PathPoint& point : fit.path) {
     if (best == nullptr || point.rss + price * point.terms < best->rss + price * best->terms) best = &point;
@@ -194,11 +194,11 @@ bool TermSearch::drop_jointly(IdentifiedModel& model, const Eigen::MatrixXd& cov
 
 std::string TermSearch::add_best(IdentifiedModel& model, const Refined& scored, const std::set<std::string>& rejected) {
   for (const TermScore& s : scored.scores) {
-    if (s.score < options_.t_value * options_.t_value) break;
+    if (s.score < options_.search.t_value * options_.search.t_value) break;
     const auto equation = std::find_if(model.equations.begin(), model.equations.end(),
                                        [&](const Equation& e) { return e.lhs == s.equation; });
     const double total = shares_.of(*equation);
-    if (total > 0 && std::abs(s.coefficient) * shares_.of(s.function) < options_.least_share * total) continue;
+    if (total > 0 && std::abs(s.coefficient) * shares_.of(s.function) < options_.search.least_share * total) continue;
     if (sign_of(signs_, s.equation, s.function) * s.coefficient < 0) {
       followed_.blocked.push_back(s);
       continue;

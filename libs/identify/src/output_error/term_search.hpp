@@ -29,7 +29,7 @@ class TermSearch {
 
   /// Drops and adds terms until neither changes. `diverged`: free runs of the model do; `stopped`: no passes are left.
   Outcome settle(IdentifiedModel& model);
-  bool spent() const { return passes_ >= options_.max_passes; }
+  bool spent() const { return passes_ >= options_.search.max_passes; }
 
   /// Shorter runs forgive a poor model. False when they are short already.
   bool shorten() {

@@ -139,8 +139,7 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
     const signal::AngleFit fit = signal::angle_from_encoder(channel.samples, recording.dt, options.angle_fit);
     r.angle = fit.angle;
     if (options.angle_fit.count_offset == 0) r.angle_step = fit.resolution;
-    for (const std::string& w : fit.summary.warnings) r.summary.warn(w);
-    r.summary.status = std::max(r.summary.status, fit.summary.status);
+    r.summary.take(fit.summary);
   }
   if (options.sensor_delay != 0) {
     const double d = options.sensor_delay;

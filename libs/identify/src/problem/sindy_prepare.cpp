@@ -10,7 +10,7 @@ namespace whirl::identification::detail {
 namespace {
 
 const Equation* known_equation(const SindyOptions& o, const std::string& lhs) {
-  for (const Equation& e : o.known) {
+  for (const Equation& e : o.equations.known) {
     if (e.lhs == lhs) return &e;
   }
   return nullptr;
@@ -24,10 +24,11 @@ Candidates candidate_terms(const SindyOptions& o) {
   for (const std::string& state : o.states) {
     const std::string lhs = lhs_of(state, o);
     if (known_equation(o, lhs) != nullptr) continue;
-    const auto own = o.library_of.find(lhs);
-    candidates[lhs] = expr::union_library({own == o.library_of.end() ? common : expr::parse_library(own->second)});
+    const auto own = o.equations.library_of.find(lhs);
+    candidates[lhs] =
+        expr::union_library({own == o.equations.library_of.end() ? common : expr::parse_library(own->second)});
   }
-  for (const auto& [lhs, terms] : o.library_of) {
+  for (const auto& [lhs, terms] : o.equations.library_of) {
     if (!candidates.contains(lhs)) {
       throw Error::in_field("equation with its own library", lhs, "the left-hand side of a sought equation");
     }
@@ -39,9 +40,9 @@ void check(const SindyOptions& o) {
   if (o.states.empty()) throw Error("no state named to identify an equation of");
   require_range("order", o.order, 1, 2);
   if (o.discrete && o.order == 2) throw Error("a map has order 1: name delayed channels as inputs");
-  require_range("t value", o.t_value, 0, 1e6);
-  require_range("least share", o.least_share, 0, 1);
-  require_range("most passes", o.max_passes, 1, 1e9);
+  require_range("t value", o.search.t_value, 0, 1e6);
+  require_range("least share", o.search.least_share, 0, 1);
+  require_range("most passes", o.search.max_passes, 1, 1e9);
   if (!o.noise_correlation.empty() && (o.discrete || !o.refine))
     throw Error("a correlation of the noise needs differential equations and refinement");
   for (const auto& [state, correlation] : o.noise_correlation) {
@@ -71,7 +72,7 @@ std::string lhs_of(const std::string& state, const SindyOptions& o) {
 SindyData::SindyData(const SindyOptions& options) : options_(options) {
   check(options_);
   candidates_ = candidate_terms(options_);
-  signs_ = resolve_signs(options_.signs, candidates_);
+  signs_ = resolve_signs(options_.equations.signs, candidates_);
   std::vector<std::vector<expr::Expr>> libraries;
   for (const auto& [lhs, terms] : candidates_) libraries.push_back(terms);
   all_ = expr::union_library(libraries);
@@ -91,7 +92,7 @@ void SindyData::add(const std::vector<Recording>& records, Eigen::Index most) {
     energy_ += static_cast<double>(added) * smooth_stretches(stretches).cwiseAbs2();
     if (samples_ == 0) {
       rate_ = characteristic_rate(stretches);
-      half_ = std::lround((options_.window > 0 ? options_.window : 1 / rate_) / stretches.front().dt);
+      half_ = std::lround((options_.search.window > 0 ? options_.search.window : 1 / rate_) / stretches.front().dt);
     }
   }
   samples_ += added;
@@ -197,14 +198,15 @@ Regression regress(const SindyData& data, const regression::SolveOptions& solver
     }
     const regression::Problem problem = data.problem(k);
     regression::SolveOptions solver = solver_options;
-    if (solver.noise_floor == 0) solver.noise_floor = options.least_share;
+    if (solver.noise_floor == 0) solver.noise_floor = options.search.least_share;
     if (solver.max_terms == 0 && problem.names.size() > 12) solver.max_terms = 12;
     if (data.signs().contains(lhs)) {
-      solver.sign.clear();
-      for (const std::string& function : problem.names) solver.sign.push_back(sign_of(data.signs(), lhs, function));
+      solver.rules.sign.clear();
+      for (const std::string& function : problem.names)
+        solver.rules.sign.push_back(sign_of(data.signs(), lhs, function));
     }
     const regression::SparseFit fit = regression::solve(problem, solver);
-    for (TermScore& s : blocked_terms(problem, fit, solver.sign, lhs, options.t_value))
+    for (TermScore& s : blocked_terms(problem, fit, solver.rules.sign, lhs, options.search.t_value))
       result.blocked.push_back(std::move(s));
     const auto name = [&](Eigen::Index j) { return problem.names[static_cast<std::size_t>(j)]; };
     Equation equation{lhs, {}};

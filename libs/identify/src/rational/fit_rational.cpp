@@ -49,7 +49,7 @@ class Rational {
     if (o.order != 1 || o.discrete) throw Error("rational right-hand sides are for --order 1");
     std::vector<std::string> texts = o.library;
     above_ = expr::parse_library(texts);
-    below_ = expr::parse_library(o.denominators);
+    below_ = expr::parse_library(o.equations.denominators);
     std::erase_if(below_, [](const Expr& e) { return e.is_number(); });
     if (above_.empty() || below_.empty()) throw Error("rational: numerator and denominator need candidate terms");
     names_ = library_names();
@@ -135,7 +135,7 @@ class Rational {
     for (int pass = 0; pass < 40; ++pass) {
       now = fit(now.equations, length, 30, false);
       if (!std::isfinite(now.bic)) return now;
-      double least = options_.t_value;
+      double least = options_.search.t_value;
       std::string weakest;
       for (std::size_t k = 0; k < now.trajectory.model.parameters.size(); ++k) {
         const TrajectoryParameter& p = now.trajectory.model.parameters[k];
@@ -153,7 +153,9 @@ class Rational {
       const Fit scored = fit(now.equations, length, 1, true);
       const TrajectoryScore* best = nullptr;
       for (const TrajectoryScore& s : scored.trajectory.scores) {
-        if (best == nullptr && !refused.contains(s.name) && s.score >= options_.t_value * options_.t_value) best = &s;
+        if (best == nullptr && !refused.contains(s.name) &&
+            s.score >= options_.search.t_value * options_.search.t_value)
+          best = &s;
       }
       if (best == nullptr) return now;
       std::vector<Quotient> larger = now.equations;

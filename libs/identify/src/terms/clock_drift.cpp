@@ -8,16 +8,16 @@ const TermEntry& clock_drift() {
       .label = "clocks that drift apart",
       .with =
           [](Growth g, int, bool) {
-            g.active.clock_drift = true;
+            g.active.clock.drift = true;
             return g;
           },
       .without = [](Growth g, int) -> std::optional<Growth> {
-        g.active.clock_drift = false;
-        g.active.start_drift = 0;
+        g.active.clock.drift = false;
+        g.active.clock.start_drift = 0;
         return g;
       },
       .columns = [](const ScorePoint& at) -> Candidates {
-        if (!at.options.delay || at.active.clock_drift || at.active.profile_degree > 0) return {};
+        if (!at.options.delay || at.active.clock.drift || at.active.clock.profile_degree > 0) return {};
         Eigen::VectorXcd late = at.late();
         for (Eigen::Index i = 0; i < late.size(); ++i) late[i] *= at.record.dt * static_cast<double>(i);
         return {{0, {at.force(late)}, true}};

@@ -9,9 +9,9 @@ const TermEntry& decay() {
       .with =
           [](Growth g, int place, bool poles) {
             detail::CandidateDecay& taken = g.decays[static_cast<std::size_t>(place - 1)];
-            g.active.decays.push_back(taken.mode);
+            g.active.modes.decays.push_back(taken.mode);
             taken.open = false;
-            g.active.poles = poles;
+            g.active.modes.poles = poles;
             return g;
           },
       .without = [](Growth, int) -> std::optional<Growth> { return std::nullopt; },

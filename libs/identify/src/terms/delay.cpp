@@ -8,16 +8,16 @@ const TermEntry& delay() {
       .label = "delay",
       .with =
           [](Growth g, int, bool) {
-            g.active.delay = true;
+            g.active.clock.delay = true;
             return g;
           },
       .without = [](Growth g, int) -> std::optional<Growth> {
-        g.active.delay = false;
+        g.active.clock.delay = false;
         g.delay = 0;
         return g;
       },
       .columns = [](const ScorePoint& at) -> Candidates {
-        if (!at.options.delay || at.active.delay) return {};
+        if (!at.options.delay || at.active.clock.delay) return {};
         return {{0, {at.force(at.late())}, true}};
       },
       .plain_threshold = true,

@@ -14,7 +14,7 @@ Growth with_term(Growth g, const TermId& term, bool poles) {
   const TermEntry& entry = *term.entry;
   if (entry.with != nullptr) return entry.with(std::move(g), term.place, poles);
   if (entry.sensor != nullptr) {
-    g.active.sensors.push_back(&entry);
+    g.active.probes.errors.push_back(&entry);
   } else {
     std::ranges::copy_if(g.terms, std::back_inserter(g.active.terms), [&](const RotorTerm& t) { return t.is(entry); });
   }
@@ -26,9 +26,9 @@ std::optional<Growth> without_term(Growth g, const TermId& term) {
   if (entry.without != nullptr) return entry.without(std::move(g), term.place);
   if (entry.sensor != nullptr) {
     const auto needed_by = [&](const TermEntry* s) { return s->after != nullptr && &s->after() == &entry; };
-    if (std::ranges::any_of(g.active.sensors, needed_by)) return std::nullopt;
-    std::erase(g.active.sensors, &entry);
-    g.active.sensor.*entry.sensor = 0;
+    if (std::ranges::any_of(g.active.probes.errors, needed_by)) return std::nullopt;
+    std::erase(g.active.probes.errors, &entry);
+    g.active.probes.start.*entry.sensor = 0;
   } else {
     std::erase_if(g.active.terms, [&](const RotorTerm& t) { return t.is(entry); });
   }

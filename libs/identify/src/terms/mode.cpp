@@ -24,7 +24,7 @@ const TermEntry& mode() {
             g.start.modes.push_back(taken);
             for (detail::CandidateMode& c : g.modes)
               c.open = c.open && (c.above || std::abs(c.mode.omega / taken.omega - 1) >= 0.1);
-            g.active.poles = poles;
+            g.active.modes.poles = poles;
             return g;
           },
       .without = [](Growth, int) -> std::optional<Growth> { return std::nullopt; },
@@ -55,15 +55,15 @@ const TermEntry& modes_above() {
       .label = "modes above the speeds",
       .with =
           [](Growth g, int place, bool) {
-            g.active.given_mode = static_cast<int>(g.start.modes.size());
+            g.active.modes.given = static_cast<int>(g.start.modes.size());
             g.start.modes.push_back(g.mode(place).mode);
             for (detail::CandidateMode& c : g.modes) c.open = c.open && !c.above;
             return g;
           },
       .without = [](Growth g, int) -> std::optional<Growth> {
-        if (g.active.given_mode + 1 != static_cast<int>(g.start.modes.size())) return std::nullopt;
+        if (g.active.modes.given + 1 != static_cast<int>(g.start.modes.size())) return std::nullopt;
         g.start.modes.pop_back();
-        g.active.given_mode = -1;
+        g.active.modes.given = -1;
         std::ranges::find_if(g.modes, &detail::CandidateMode::above)->open = true;
         return g;
       },

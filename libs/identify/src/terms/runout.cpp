@@ -8,12 +8,12 @@ const TermEntry& runout() {
       .label = "runout",
       .with =
           [](Growth g, int order, bool) {
-            g.active.runout_harmonics = order;
+            g.active.probes.runout_harmonics = order;
             return g;
           },
       .without = [](Growth g, int) -> std::optional<Growth> {
         if (g.bow) return std::nullopt;
-        g.active.runout_harmonics = 0;
+        g.active.probes.runout_harmonics = 0;
         return g;
       },
       .columns =
@@ -21,7 +21,7 @@ const TermEntry& runout() {
             Candidates out;
             Eigen::VectorXcd harmonic = at.carrier;
             for (int h = 1; h <= at.options.runout_harmonics; ++h) {
-              if (h > at.active.runout_harmonics) out.push_back({h, at.both_ways(harmonic)});
+              if (h > at.active.probes.runout_harmonics) out.push_back({h, at.both_ways(harmonic)});
               harmonic = harmonic.cwiseProduct(at.carrier).eval();
             }
             return out;

@@ -108,14 +108,14 @@ std::vector<std::vector<InputTiming>> timings_to_try(const SindyOptions& options
   std::vector<std::vector<InputTiming>> all{{}};
   for (std::size_t j = 0; j < options.inputs.size(); ++j) {
     const std::string& name = options.inputs[j];
-    const auto hold = options.hold.find(name);
-    const auto dead = options.dead_time.find(name);
+    const auto hold = options.timing.hold.find(name);
+    const auto dead = options.timing.dead_time.find(name);
     std::vector<Hold> holds;
-    if (hold != options.hold.end())
+    if (hold != options.timing.hold.end())
       holds = {hold->second};
     else if (sought[j])
       holds = {Hold::band_limited, Hold::zero, Hold::first};
-    else if (dead != options.dead_time.end())
+    else if (dead != options.timing.dead_time.end())
       holds = {Hold::band_limited};
     if (holds.empty()) continue;
     std::vector<std::vector<InputTiming>> next;
@@ -123,10 +123,10 @@ std::vector<std::vector<InputTiming>> timings_to_try(const SindyOptions& options
       for (const Hold h : holds) {
         const double before = h == Hold::zero ? 0.5 : 0;
         InputTiming t{name, h, {}};
-        t.dead_time.value = dead != options.dead_time.end()
+        t.dead_time.value = dead != options.timing.dead_time.end()
                                 ? dead->second
                                 : dt * std::max(0.0, lag[static_cast<Eigen::Index>(j)] - before);
-        if (dead != options.dead_time.end()) t.dead_time.sd = 0;
+        if (dead != options.timing.dead_time.end()) t.dead_time.sd = 0;
         next.push_back(timing);
         next.back().push_back(t);
       }
@@ -140,10 +140,10 @@ void check_names(const SindyOptions& options) {
   const auto known = [&](const std::string& name) {
     return std::find(options.inputs.begin(), options.inputs.end(), name) != options.inputs.end();
   };
-  for (const auto& [name, hold] : options.hold) {
+  for (const auto& [name, hold] : options.timing.hold) {
     if (!known(name)) throw Error::in_field("hold", name, "an input");
   }
-  for (const auto& [name, seconds] : options.dead_time) {
+  for (const auto& [name, seconds] : options.timing.dead_time) {
     if (!known(name)) throw Error::in_field("dead time", name, "an input");
     require_range("dead time of " + name, seconds, 0, 1e6);
   }
@@ -160,23 +160,23 @@ Sought sought_timing(const std::vector<Recording>& records, const SindyOptions& 
   Sought sought{Lags::Zero(static_cast<Eigen::Index>(n)), std::vector<bool>(n, false), {}};
   std::vector<bool> fixed(n, false);
   for (std::size_t j = 0; j < n; ++j) {
-    const auto dead = options.dead_time.find(options.inputs[j]);
-    const auto hold = options.hold.find(options.inputs[j]);
-    const bool held = hold != options.hold.end() && hold->second == Hold::zero;
-    if (dead != options.dead_time.end()) {
+    const auto dead = options.timing.dead_time.find(options.inputs[j]);
+    const auto hold = options.timing.hold.find(options.inputs[j]);
+    const bool held = hold != options.timing.hold.end() && hold->second == Hold::zero;
+    if (dead != options.timing.dead_time.end()) {
       sought.lag[static_cast<Eigen::Index>(j)] = dead->second / dt + (held ? 0.5 : 0);
-      fixed[j] = hold != options.hold.end();
+      fixed[j] = hold != options.timing.hold.end();
     }
-    fixed[j] = fixed[j] || (!options.find_timing && hold == options.hold.end());
+    fixed[j] = fixed[j] || (!options.timing.find && hold == options.timing.hold.end());
   }
   sought.lag = weak_lags(records, options, sought.lag, fixed);
   // Samples: less is within what a band-limited reading gets wrong, and what a motion near one frequency cannot tell.
   for (std::size_t j = 0; j < n; ++j) {
     double& lag = sought.lag[static_cast<Eigen::Index>(j)];
-    if (!fixed[j] && !options.hold.contains(options.inputs[j]) && lag < rules::kTimingLeast) lag = 0;
+    if (!fixed[j] && !options.timing.hold.contains(options.inputs[j]) && lag < rules::kTimingLeast) lag = 0;
     const bool jumps = bends(records, options.inputs[j]);
     if (jumps) sought.jumping.insert(options.inputs[j]);
-    sought.inputs[j] = options.find_timing && (lag > 0 || (!fixed[j] && jumps));
+    sought.inputs[j] = options.timing.find && (lag > 0 || (!fixed[j] && jumps));
   }
   return sought;
 }
@@ -261,13 +261,14 @@ std::vector<std::vector<InputTiming>> other_holds(const std::vector<InputTiming>
                                                   const SindyOptions& options, double dt) {
   std::vector<std::vector<InputTiming>> all;
   for (const Hold hold : {Hold::zero, Hold::first, Hold::band_limited}) {
-    if (options.hold.contains(from.input) && options.hold.at(from.input) != hold) continue;
+    if (options.timing.hold.contains(from.input) && options.timing.hold.at(from.input) != hold) continue;
     all.push_back(timing);
     for (InputTiming& i : all.back()) {
       if (i.input != from.input) continue;
       const double half = 0.5 * ((from.hold == Hold::zero) - (hold == Hold::zero));
       i.hold = hold;
-      if (!options.dead_time.contains(from.input)) i.dead_time.value = std::max(0.0, from.dead_time.value + half * dt);
+      if (!options.timing.dead_time.contains(from.input))
+        i.dead_time.value = std::max(0.0, from.dead_time.value + half * dt);
     }
   }
   return all;
@@ -279,7 +280,7 @@ std::optional<Timed> with_actuator(const std::vector<Recording>& records, const 
   std::optional<Timed> best;
   for (const InputTiming& timing : without.model.timing) {
     const auto j = std::find(options.inputs.begin(), options.inputs.end(), timing.input) - options.inputs.begin();
-    const bool fixed = options.dead_time.contains(timing.input);
+    const bool fixed = options.timing.dead_time.contains(timing.input);
     const std::optional<InputLag> start =
         weak_lag(records, options, timing, fixed ? timing.dead_time.value / dt + 0.5 : sought.lag[j], dt);
     if (!start) continue;
@@ -325,10 +326,10 @@ void set_parameters(const TrajectoryFit& fit, IdentifiedModel& model) {
 }  // namespace
 
 bool timing_sought(const SindyOptions& o) {
-  const bool given = !o.hold.empty() || !o.dead_time.empty();
+  const bool given = !o.timing.hold.empty() || !o.timing.dead_time.empty();
   if (given && (o.discrete || !o.refine))
     throw Error("holds and dead times need differential equations and refinement");
-  return !o.inputs.empty() && !o.discrete && o.refine && (o.find_timing || given);
+  return !o.inputs.empty() && !o.discrete && o.refine && (o.timing.find || given);
 }
 
 IdentifiedModel fit_timed(const std::vector<Recording>& records, const SindyOptions& options,
@@ -338,7 +339,7 @@ IdentifiedModel fit_timed(const std::vector<Recording>& records, const SindyOpti
   const IdentifiedModel base = fit_untimed(records, options, bounds);
   const bool measured = base.summary.status != Status::unusable || !base.equations.empty();
   if (!measured) return base;  // no signals to speak of
-  const bool asked = !options.hold.empty() || !options.dead_time.empty();
+  const bool asked = !options.timing.hold.empty() || !options.timing.dead_time.empty();
   if (!asked && !base.noise_correlation.empty()) return base;  // explains the records to the last
   const Sought sought = sought_timing(records, options, dt);
   const std::vector<std::vector<InputTiming>> timings = timings_to_try(options, sought.lag, sought.inputs, dt);
@@ -361,7 +362,7 @@ IdentifiedModel fit_timed(const std::vector<Recording>& records, const SindyOpti
     timer.judge(found.fit, found.length, found.model);
   constexpr double kFar = 30;  // residual by noise: what is left is no lag of an actuator
   const double left = found.fit.rmse * found.fit.rmse;
-  if (options.find_timing && !(left < rules::kLagLeft) && !(timer.noisy() && found.fit.rmse > kFar)) {
+  if (options.timing.find && !(left < rules::kLagLeft) && !(timer.noisy() && found.fit.rmse > kFar)) {
     std::optional<Timed> lagging = with_actuator(records, options, found, sought, dt);
     if (lagging && worth(found.fit, lagging->fit, 1)) found = std::move(*lagging);
   }

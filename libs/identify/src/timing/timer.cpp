@@ -61,7 +61,7 @@ TrajectoryFit Timer::fit(const IdentifiedModel& model, const std::vector<InputTi
   o.max_iterations = iterations;
   o.most_dead_time = 60 * dt;
   for (const InputTiming& t : timing) {
-    if (!options_.dead_time.contains(t.input)) o.free_dead_time.push_back(t.input);
+    if (!options_.timing.dead_time.contains(t.input)) o.free_dead_time.push_back(t.input);
   }
   return fit_trajectory(trajectory, runs_.records, cut_trajectory_runs(runs_, length, most), o);
 }
@@ -131,7 +131,8 @@ bool Timer::drop_weakest(IdentifiedModel& model, const Shares& shares) const {
       const Estimate& c = e.terms[t].coefficient;
       if (c.sd == 0) continue;
       const double share = total > 0 ? std::abs(c.value) * shares.of(own.terms[t].function) / total : 0;
-      const double worth = std::min(std::abs(c.value) / c.sd / options_.t_value, share / options_.least_share);
+      const double worth =
+          std::min(std::abs(c.value) / c.sd / options_.search.t_value, share / options_.search.least_share);
       if (worth >= least) continue;
       least = worth;
       equation = &e;

@@ -10,8 +10,10 @@
 #include "problem/rotor_equations.hpp"
 #include "rules/rules.hpp"
 #include "validate/free_run_errors.hpp"
+#include "weak/weak_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
+#include "whirl/identify/weak_rotor.hpp"
 #include "whirl/rotor/equations.hpp"
 #include "whirl/rotor/simulate.hpp"
 
@@ -78,6 +80,23 @@ double rms(const Eigen::VectorXd& v, const Eigen::ArrayXd& usable) {
   return usable.size() ? std::sqrt((v.array().square() * usable).sum() / std::max(1.0, usable.sum())) : rms(v);
 }
 
+/// A run that jumps has several unbalances near which none follows better: the fit of one begins at that of the model
+/// and at that of the weak equations, which have one minimum.
+OutputErrorFit follow(const RotorRecord& record, const RotorModel& rotor, const OutputErrorOptions& free, Complex eps,
+                      double delay) {
+  OutputErrorFit fit = fit_output_error_rotor({record}, rotor, free, {eps}, delay);
+  const bool weak_rows =
+      record.quantity == Quantity::displacement && 4 * detail::default_half_width(record) <= record.size();
+  if (!free.unbalance || !weak_rows) return fit;
+  const WeakRotorFit weak = fit_weak_rotor({record});
+  if (weak.summary.status == Status::unusable) return fit;
+  OutputErrorFit other = fit_output_error_rotor({record}, rotor, free, {weak.eps[0]}, delay);
+  const auto misfit = [](const OutputErrorFit& f) {
+    return f.summary.status == Status::unusable ? INFINITY : f.summary.chi_square;
+  };
+  return misfit(other) < misfit(fit) ? other : fit;
+}
+
 /// Whether a change at one instant is among the terms.
 bool changes(const std::vector<RotorTerm>& terms) {
   return std::ranges::any_of(terms, [](const RotorTerm& t) { return t.entry->by_reference != nullptr; });
@@ -90,7 +109,7 @@ bool take_as_now(const RotorRecord& record, const RotorModel& rotor, Complex eps
   if (!changes(free.terms)) return false;
   OutputErrorOptions now = free;
   std::erase_if(now.terms, [](const RotorTerm& t) { return t.entry->by_reference != nullptr; });
-  OutputErrorFit after = fit_output_error_rotor({record}, rotor, now, {eps}, delay);
+  OutputErrorFit after = follow(record, rotor, now, eps, delay);
   if (after.summary.status == Status::unusable ||
       !(fit.summary.status == Status::unusable || after.summary.chi_square < fit.summary.chi_square))
     return false;
@@ -188,17 +207,17 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   const Complex eps = model.rotor->eps + (options.unbalance == UnbalanceSource::added ? options.added : Complex(0));
   OutputErrorOptions free;
   free.rotor = false;
-  free.participation = false;
+  free.modes.participation = false;
   free.unbalance = options.unbalance == UnbalanceSource::refitted;
   free.offset = options.refit_offset || record.quantity != Quantity::displacement || !same_sensors;
   free.terms = terms_of(model);
   free.free_terms = false;
-  if (same_sensors) free.sensor = detail::sensor_of(model);
-  if (const Estimate* drift = model.parameter("clock_drift")) free.start_drift = drift->value;
-  OutputErrorFit fit = fit_output_error_rotor({record}, *model.rotor, free, {eps}, delay);
+  if (same_sensors) free.probes.start = detail::sensor_of(model);
+  if (const Estimate* drift = model.parameter("clock_drift")) free.clock.start_drift = drift->value;
+  OutputErrorFit fit = follow(record, *model.rotor, free, eps, delay);
   v.after_change = take_as_now(record, *model.rotor, eps, delay, free, fit);
   if (fit.summary.status == Status::unusable) {
-    v.summary.fail(fit.summary.warnings.back());
+    v.summary.fail(fit.summary.reason);
     return v;
   }
   const OutputErrorRecord& run = fit.records[0];

@@ -14,6 +14,7 @@
 #include "whirl/identify/parts/readings.hpp"
 #include "whirl/identify/sindy_library.hpp"
 #include "whirl/identify/validate.hpp"
+#include "whirl/signal/angle.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -110,8 +111,8 @@ ValidationRun rotor_run(const IdentifiedModel& model, const Recording& record, c
 /// one.
 void judge_drive(const IdentifiedModel& model, const Recording& record, ValidationRun& run) {
   const Recording free = simulate_drive(model, record);
-  const Eigen::VectorXd error = free["beta"] - record["beta"];
-  const double turned = record["beta"].maxCoeff() - record["beta"].minCoeff();
+  const Eigen::VectorXd read = signal::unwrapped(record["beta"]), error = free["beta"] - read;
+  const double turned = read.maxCoeff() - read.minCoeff();
   const double rms = std::sqrt(error.squaredNorm() / static_cast<double>(error.size()));
   run.general.scores.push_back({"beta", rms, rms / turned, 0});
   if (!(rms < rules::kDriveAngle * turned)) {
@@ -162,11 +163,10 @@ ValidationReport validate(const IdentifiedModel& model, const std::vector<Record
     const bool turns = records[i].has("x") && records[i].has("y") && records[i].has("beta");
     if (has_drive(model) && turns) judge_drive(model, records[i], run);
     if (rotor) judge_readings(model, records[i], own, run);
-    for (const std::string& w : run.summary.warnings) report.summary.warn(w);
     for (const std::string& n : run.summary.notes) report.summary.notes.push_back(n);
-    if (run.summary.status == Status::unusable) report.summary.status = Status::unusable;
     report.runs.push_back(std::move(run));
   }
+  for (const ValidationRun& run : report.runs) report.summary.take(run.summary);
   return report;
 }
 

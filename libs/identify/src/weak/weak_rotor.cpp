@@ -128,7 +128,7 @@ WeakRotorFit fit_weak_rotor(const std::vector<RotorRecord>& records, const WeakR
   WeakRotorFit fit;
   for (const RotorRecord& r : records) {
     if (r.summary.status == Status::unusable) {
-      fit.summary.fail(fmt::format("{}: {}", r.source, r.summary.warnings.back()));
+      fit.summary.fail(fmt::format("{}: {}", r.source, r.summary.reason));
     }
   }
   if (fit.summary.status == Status::unusable) return fit;

@@ -68,11 +68,11 @@ TEST(LinearBoundProperty, AnActiveBoundIsHeldSaidAndTheRestFollows) {
     const IdentifiedModel freely = identify(r, o).model;
     ASSERT_EQ(freely.parameters.size(), 4u);
     const double sum = value(freely, "v': x") + value(freely, "v': x^3");
-    o.bounds = {linear_bound("[v': v] <= 0"), linear_bound("[v': x*v*x] <= 1")};
+    o.bounds.linear = {linear_bound("[v': v] <= 0"), linear_bound("[v': x*v*x] <= 1")};
     const IdentifiedModel loose = identify(r, o).model;
     for (const auto& [name, e] : freely.parameters) EXPECT_EQ(loose.parameter(name)->value, e.value) << name;
 
-    o.bounds = {linear_bound(fmt::format("[v': x] + [v': x^3] >= {:.12g}", sum + 0.05))};
+    o.bounds.linear = {linear_bound(fmt::format("[v': x] + [v': x^3] >= {:.12g}", sum + 0.05))};
     const IdentifiedModel held = identify(r, o).model;
     EXPECT_NEAR(value(held, "v': x") + value(held, "v': x^3"), sum + 0.05, 1e-8);
     EXPECT_THAT(said(held), HasSubstr("[v': x] + [v': x^3]"));
@@ -94,7 +94,7 @@ TEST(LinearBoundProperty, TheLinearPartDecaysAsAsked) {
     const testing::ZooSystem s = system(name);
     const Recording r = testing::zoo_record(s, 0.01, 33);
     IdentifyOptions o = options_for(s);
-    o.least_decay = 0.15;  // 0.1 of the first two; the third is unstable at the origin
+    o.bounds.least_decay = 0.15;  // 0.1 of the first two; the third is unstable at the origin
     const IdentifiedModel m = identify(r, o).model;
     Eigen::Matrix2d j = Eigen::Matrix2d::Zero();
     for (Eigen::Index e = 0; e < 2; ++e) {
@@ -107,7 +107,7 @@ TEST(LinearBoundProperty, TheLinearPartDecaysAsAsked) {
     EXPECT_LE(j.eigenvalues().real().maxCoeff(), -0.15 + 1e-6);
     EXPECT_GE(j.eigenvalues().real().maxCoeff(), -0.15 - 1e-3);  // no farther than needed
     EXPECT_THAT(said(m), HasSubstr("decay of the linear part"));
-    o.least_decay = 0.05;
+    o.bounds.least_decay = 0.05;
     const IdentifiedModel loose = identify(r, o).model;
     if (std::string(name) != "Van der Pol") {
       EXPECT_THAT(said(loose), ::testing::Not(HasSubstr("decay")));
@@ -136,7 +136,8 @@ TEST(LinearBound, LibraryGroupsKeepTheirTies) {
   o.library = library;
   const IdentifiedModel freely = identify(r, o).model;
   ASSERT_NEAR(value(freely, "w"), 1, 0.02);
-  o.bounds = {linear_bound(fmt::format("a >= 2*mu + {:.12g}", value(freely, "a") - 2 * value(freely, "mu") + 0.02))};
+  o.bounds.linear = {
+      linear_bound(fmt::format("a >= 2*mu + {:.12g}", value(freely, "a") - 2 * value(freely, "mu") + 0.02))};
   const IdentifiedModel held = identify(r, o).model;
   EXPECT_NEAR(value(held, "a") - 2 * value(held, "mu"), value(freely, "a") - 2 * value(freely, "mu") + 0.02, 1e-8);
   EXPECT_EQ(held.equations[0].terms[0].coefficient.value, held.equations[1].terms[0].coefficient.value);
@@ -149,7 +150,7 @@ TEST(LinearBound, WhatCannotBeIsRefused) {
   const auto refusal = [&](const std::vector<std::string>& bounds,
                            const std::function<void(IdentifyOptions&)>& change) {
     IdentifyOptions o = options_for(s);
-    for (const std::string& b : bounds) o.bounds.push_back(linear_bound(b));
+    for (const std::string& b : bounds) o.bounds.linear.push_back(linear_bound(b));
     change(o);
     try {
       identify(r, o);
@@ -165,7 +166,7 @@ TEST(LinearBound, WhatCannotBeIsRefused) {
   EXPECT_THAT(refusal({"[v': x] <= 0"}, [](IdentifyOptions& o) { o.sindy.discrete = true; }), HasSubstr("refined"));
   EXPECT_THAT(refusal({"[v': x] <= 0"},
                       [](IdentifyOptions& o) {
-                        o.sindy.signs = {{"v'", "x", -1}};
+                        o.sindy.equations.signs = {{"v'", "x", -1}};
                       }),
               HasSubstr("exclude"));
 }

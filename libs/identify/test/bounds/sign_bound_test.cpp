@@ -45,7 +45,7 @@ TEST(SignBoundReference, TheMapOfOneActiveBoundIsItsKarushKuhnTuckerPoint) {
   const Eigen::Index n = r.size() - 1;
   const Eigen::VectorXd w1 = r["w1"].head(n), w2 = r["w2"].head(n), y = r["x"].tail(n);
   SindyOptions o = map_options();
-  o.signs = {{"x", "w2", 1}, {"", "w1", 1}};
+  o.equations.signs = {{"x", "w2", 1}, {"", "w1", 1}};
   std::vector<BoundOutcome> bounds;
   const IdentifiedModel m = fit_sindy({r}, o, &bounds);
   // Stationary in w1 with w2 at its bound: xi1 = w1'y / w1'w1; the multiplier -w2'(y - w1 xi1) is positive.
@@ -71,7 +71,7 @@ TEST(SignBoundReference, BoundsThatDoNotBindChangeNothing) {
   const Recording r = map_record();
   SindyOptions o = map_options();
   const IdentifiedModel free = fit_sindy({r}, o);
-  o.signs = {{"x[k+1]", "w2", -1}, {"", "-w1", -1}};  // the function -w1 with a negative factor
+  o.equations.signs = {{"x[k+1]", "w2", -1}, {"", "-w1", -1}};  // the function -w1 with a negative factor
   std::vector<BoundOutcome> bounds;
   const IdentifiedModel m = fit_sindy({r}, o, &bounds);
   ASSERT_EQ(m.equations.front().terms.size(), 2u);
@@ -86,7 +86,7 @@ TEST(SignBound, WhatNamesNoTermIsRefusedWithTheTermsThereAre) {
   const Recording r = map_record();
   const auto message = [&](std::vector<SignBound> signs) -> std::string {
     SindyOptions o = map_options();
-    o.signs = std::move(signs);
+    o.equations.signs = std::move(signs);
     try {
       fit_sindy({r}, o);
     } catch (const Error& e) {
@@ -113,7 +113,7 @@ TEST(SignBoundProperty, BestSubsetIsTheBestOfAllSupportsAndEveryMethodStaysWithi
       y[i] = theta(i, 0) - 0.8 * theta(i, 2) + 0.5 * theta(i, 5) - 0.4 * theta(i, 6) + 0.5 * normal(engine);
     }
     regression::SolveOptions o{.method = "best_subset"};
-    for (Eigen::Index j = 0; j < q; ++j) o.sign.push_back(static_cast<int>(engine() % 3) - 1);
+    for (Eigen::Index j = 0; j < q; ++j) o.rules.sign.push_back(static_cast<int>(engine() % 3) - 1);
     const regression::Problem problem = regression::make_problem(theta, y, 10);
     const regression::SparseFit fit = regression::solve(problem, o);
     for (int size = 1; size <= q; ++size) {
@@ -133,10 +133,10 @@ TEST(SignBoundProperty, BestSubsetIsTheBestOfAllSupportsAndEveryMethodStaysWithi
     }
     for (const std::string& method : regression::regression_methods()) {
       o.method = method;
-      o.resamples = 10;
+      o.ensemble.resamples = 10;
       const regression::SparseFit bounded = regression::solve(problem, o);
-      for (std::size_t j = 0; j < o.sign.size(); ++j)
-        EXPECT_GE(o.sign[j] * bounded.xi[static_cast<Eigen::Index>(j)], 0) << method;
+      for (std::size_t j = 0; j < o.rules.sign.size(); ++j)
+        EXPECT_GE(o.rules.sign[j] * bounded.xi[static_cast<Eigen::Index>(j)], 0) << method;
     }
   }
 }
@@ -171,7 +171,7 @@ TEST(SignBoundProperty, RefinedModelsStayWithinBoundsAndTellActiveOnes) {
     o.inputs = {"u"};
     const IdentifiedModel free = fit_sindy({r}, o);
     EXPECT_NEAR(coefficient(free, "v'", "x^2"), 0.1, 0.02);
-    o.signs = {{"v'", "x^2", -1}, {"v'", "v", -1}, {"v", "x^3", -1}};
+    o.equations.signs = {{"v'", "x^2", -1}, {"v'", "v", -1}, {"v", "x^3", -1}};
     std::vector<BoundOutcome> bounds;
     const IdentifiedModel m = fit_sindy({r}, o, &bounds);
     for (const Equation& e : m.equations) {

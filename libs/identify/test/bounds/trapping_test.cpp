@@ -21,7 +21,7 @@ IdentifyOptions trapping_options() {
   IdentifyOptions o;
   o.method = Method::sindy;
   o.holdout = 0;
-  o.trapping = true;
+  o.bounds.trapping = true;
   return o;
 }
 
@@ -148,7 +148,7 @@ TEST(Trapping, WhatIsNotQuadraticIsNamed) {
   EXPECT_THAT(refusal([](IdentifyOptions& o) { o.sindy.library = {"x", "x^3"}; }), HasSubstr("x^3"));
   EXPECT_THAT(refusal([](IdentifyOptions& o) { o.sindy.library = {"x", "sin(y)"}; }), HasSubstr("sin(y)"));
   EXPECT_THAT(refusal([](IdentifyOptions& o) { o.sindy.inputs = {"z"}; }), HasSubstr("without inputs"));
-  EXPECT_THAT(refusal([](IdentifyOptions& o) { o.least_decay = 0; }), HasSubstr("exclude"));
+  EXPECT_THAT(refusal([](IdentifyOptions& o) { o.bounds.least_decay = 0; }), HasSubstr("exclude"));
   EXPECT_THAT(refusal([](IdentifyOptions& o) { o.sindy.discrete = true; }), HasSubstr("differential equations"));
 }
 

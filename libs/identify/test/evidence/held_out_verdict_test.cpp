@@ -69,7 +69,7 @@ std::vector<std::pair<std::string, IdentifyOptions>> methods() {
   sindy.sindy.states = {"y"};
   sindy.sindy.inputs = {"u"};
   sindy.sindy.order = 2;
-  sindy.sindy.find_timing = false;
+  sindy.sindy.timing.find = false;
   library = sindy;
   library.library = expr::CandidateLibrary{{"y''"}, {"y", "y'", "u"}, {}, {}};
   for (const char* term : {"y", "y'", "u"}) {

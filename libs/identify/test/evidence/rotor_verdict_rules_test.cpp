@@ -163,9 +163,9 @@ TEST(RotorVerdictRules, RunoutIsSeenNearStandstillOrEstimated) {
     j.records.clear(), j.result.fit.records.clear();
     j.add(30, lowest, 1e-3, 1000);
     EXPECT_EQ(j.run() != "", lowest > 3) << lowest;
-    j.result.active.runout_harmonics = 1;
+    j.result.active.probes.runout_harmonics = 1;
     EXPECT_EQ(j.run(), "");
-    j.result.active.runout_harmonics = 0;
+    j.result.active.probes.runout_harmonics = 0;
     j.result.model.quantity = Quantity::acceleration;
     EXPECT_EQ(j.run(), "") << "no probe";
   }
@@ -182,7 +182,7 @@ TEST(RotorVerdictRules, ModesAboveTheSpeedsAreSaidButForOneThatWasGiven) {
   EXPECT_THAT(said, Not(HasSubstr("the mode at 20 Hz")));
   EXPECT_THAT(said, HasSubstr("the mode at 40 Hz lies above the highest speed 30.0 Hz"));
   EXPECT_THAT(said, HasSubstr("the mode at 50 Hz"));
-  j.result.active.given_mode = 1;
+  j.result.active.modes.given = 1;
   said = j.run();
   EXPECT_THAT(said, Not(HasSubstr("the mode at 40 Hz")));
   EXPECT_THAT(said, HasSubstr("the mode at 50 Hz"));
@@ -192,7 +192,7 @@ TEST(RotorVerdictRules, ADelayIsSaidAndWhereItIsNoSensors) {
   Judged j;
   j.result.fit.delay = 4e-3;
   EXPECT_EQ(j.run(), "") << "not estimated";
-  j.result.active.delay = true;
+  j.result.active.clock.delay = true;
   EXPECT_THAT(j.run(), HasSubstr("lags the angle by 4 ms; the phase of e rests on this: give"));
   j.result.fit.delay = 0;
   EXPECT_THAT(j.run(), HasSubstr("lags the angle by 0 ms; the phase of e rests on this: give"));
@@ -204,14 +204,14 @@ TEST(RotorVerdictRules, ADelayIsSaidAndWhereItIsNoSensors) {
 
 TEST(RotorVerdictRules, AProfileIsDoubtedWhereSomethingIsMissing) {
   Judged j;
-  j.result.active.profile_degree = 2;
+  j.result.active.clock.profile_degree = 2;
   EXPECT_EQ(j.run(), "");
   j.summary.chi_square = 1.5;
   EXPECT_THAT(j.run(), HasSubstr("not the assumed profile corrected by a polynomial of degree 2"));
   EXPECT_THAT(j.run(), HasSubstr("widened by 1.2\n")) << "sqrt(1.5)";
   j.result.fit.summary.chi_square = 4;
   EXPECT_THAT(j.run(), HasSubstr("widened by 2\n"));
-  j.result.active.profile_degree = 0;
+  j.result.active.clock.profile_degree = 0;
   EXPECT_THAT(j.run(), Not(HasSubstr("profile")));
 }
 

@@ -31,6 +31,14 @@ TEST(DataRange, HoldsRadiusAndSpeedsAndNoSingleReadingCounts) {
   EXPECT_NEAR(range.high, 100, 1);
 }
 
+TEST(DataRange, AnAngleThatComesBackEveryTurnHasTheSameSpeeds) {
+  Recording r = spiral();
+  for (double& beta : r.channels[2].samples) beta = std::fmod(beta, 2 * std::numbers::pi);
+  const DataRange range = data_range({r}), straight = data_range({spiral()});
+  EXPECT_NEAR(range.low, straight.low, 1e-9);
+  EXPECT_NEAR(range.high, straight.high, 1e-9);
+}
+
 TEST(DataRange, NamesWhatLiesBeyond) {
   const DataRange range = data_range({spiral()});
   EXPECT_EQ(range.beyond(1.9e-3, 30, 90), "");

@@ -201,8 +201,6 @@ TEST_P(GapsProperty, SecondOrderFromWhatALoggerWrote) {
   std::vector<std::string> remarks;
   IdentifyOptions options;
   options.method = Method::second_order;
-  options.output = "y";
-  options.input = "u";
   const Identification found = identify(
       read(testing::gappy_text(fine, kFiner, {"t_s", "y_m", "u_m_s2"}, 1, noise, GetParam(), seed), remarks), options);
   ASSERT_NE(found.summary.status, Status::unusable) << found.summary.warnings.back();

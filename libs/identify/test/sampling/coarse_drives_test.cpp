@@ -86,7 +86,7 @@ INSTANTIATE_TEST_SUITE_P(Systems, CoarseDrivesProperty,
 TEST(CoarseSecondOrderProperty, DampingAndSpringAreThoseOfTheMass) {
   const testing::CoarseDrive s = testing::hard_mass(7.5);
   const auto force = [&](std::uint64_t seed) { return testing::noise_force(0.5, 0.35 * s.hertz, 300, seed); };
-  const IdentifiedModel m = identify_second_order(testing::coarse_record(s, force(43), 0.01, 43), "x", "u");
+  const IdentifiedModel m = identify_second_order(testing::coarse_record(s, force(43), 0.01, 43), {.output = "x"});
   ASSERT_EQ(m.equations.size(), 2u);
   EXPECT_NEAR(m.parameter("f0")->value, 10, 0.005);
   EXPECT_NEAR(m.parameter("zeta")->value, 0.01, 1e-4);

@@ -175,13 +175,13 @@ TEST(InputTiming, StaysAwayFromSmoothInputs) {
 TEST(InputTiming, GivenHoldAndDeadTimeAreKept) {
   const testing::HeldSystem system = testing::held_systems()[2];
   SindyOptions o = options_of(system);
-  o.hold = {{"u", Hold::first}};
-  o.dead_time = {{"u", 0.03}};
+  o.timing.hold = {{"u", Hold::first}};
+  o.timing.dead_time = {{"u", 0.03}};
   const IdentifiedModel model = fit_sindy({testing::held_record(system, 0.02, 600, 0.01, 4)}, o);
   ASSERT_EQ(model.timing.size(), 1u);
   EXPECT_EQ(model.timing[0].hold, Hold::first);
   EXPECT_DOUBLE_EQ(model.timing[0].dead_time.value, 0.03);
-  o.hold = {{"q", Hold::zero}};
+  o.timing.hold = {{"q", Hold::zero}};
   EXPECT_THROW(fit_sindy({testing::held_record(system, 0.02, 600, 0.01, 4)}, o), Error);
 }
 

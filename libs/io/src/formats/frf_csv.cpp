@@ -11,22 +11,17 @@
 namespace whirl::io {
 
 FrequencyResponse frf_from_table(const Table& table, FrfKind kind) {
-  const Channel& freq = table.at("freq");
-  if (freq.quantity != Quantity::frequency) {
-    throw Error::in_file(table.source, table.first_line - 1,
-                         fmt::format("column 'freq' is a {}, must be a frequency; allowed units: {}",
-                                     to_string(freq.quantity), allowed_units(Quantity::frequency)));
-  }
+  const Eigen::VectorXd& freq = table.in("freq", Quantity::frequency);
   FrequencyResponse frf;
   frf.kind = kind;
-  frf.frequency = freq.samples;
-  const Eigen::Index lines = freq.samples.size();
-  const double step = lines > 1 ? (freq.samples[lines - 1] - freq.samples[0]) / static_cast<double>(lines - 1) : 0;
+  frf.frequency = freq;
+  const Eigen::Index lines = freq.size();
+  const double step = lines > 1 ? (freq[lines - 1] - freq[0]) / static_cast<double>(lines - 1) : 0;
   for (Eigen::Index i = 0; i < lines; ++i) {
-    if (!(step > 0) || std::abs(freq.samples[i] - freq.samples[0] - static_cast<double>(i) * step) > 0.05 * step) {
-      throw Error::in_file(table.source, table.first_line + i,
-                           fmt::format("frequency {:g} Hz is not on a uniform ascending axis with a step of {:g} Hz",
-                                       freq.samples[i], step));
+    if (!(step > 0) || std::abs(freq[i] - freq[0] - static_cast<double>(i) * step) > 0.05 * step) {
+      throw Error::in_file(
+          table.source, table.first_line + i,
+          fmt::format("frequency {:g} Hz is not on a uniform ascending axis with a step of {:g} Hz", freq[i], step));
     }
   }
   std::size_t used = 1;

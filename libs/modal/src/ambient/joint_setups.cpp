@@ -131,7 +131,7 @@ std::vector<Setup> read_setups(std::vector<Recording> records, const OmaOptions&
   for (std::size_t j = 0; j < records.size(); ++j) {
     records[j].check();
     records[j] = usable_record(records[j], lists[j].summary);
-    if (lists[j].summary.status == Status::unusable) result.summary.fail(lists[j].summary.warnings.back());
+    if (lists[j].summary.status == Status::unusable) result.summary.fail(lists[j].summary.reason);
     if (std::abs(records[j].dt / records.front().dt - 1) > 1e-6)
       throw Error(fmt::format("{}: {:g} Hz, where the first set-up has {:g} Hz: all must have one rate to be joined",
                               records[j].source, 1 / records[j].dt, 1 / records.front().dt));

@@ -37,12 +37,12 @@ const Channel& force_channel(const Recording& recording, const FrfOptions& optio
 }
 
 void check_options(const FrfOptions& options) {
-  require_range("trigger", options.trigger, 1e-3, 0.99);
-  require_range("pre_trigger", options.pre_trigger, 0, 1e3, "s");
-  require_range("separation", options.separation, 0, 1e6, "s");
-  require_range("duration", options.duration, 0, 1e6, "s");
-  require_range("force_taper", options.force_taper, 0, 1e3, "s");
-  require_range("window_end", options.window_end, 1e-12, 1);
+  require_range("trigger", options.cut.trigger, 1e-3, 0.99);
+  require_range("pre_trigger", options.cut.pre_trigger, 0, 1e3, "s");
+  require_range("separation", options.cut.separation, 0, 1e6, "s");
+  require_range("duration", options.cut.duration, 0, 1e6, "s");
+  require_range("force_taper", options.window.taper, 0, 1e3, "s");
+  require_range("window_end", options.window.end, 1e-12, 1);
   require_range("noise_ratio", options.noise_ratio, 0, INFINITY);
   require_range("band_drop_db", options.band_drop_db, 0, 200, "dB");
 }
@@ -109,7 +109,7 @@ void drop_odd_blows(std::vector<BlowSpectra>& spectra, const std::vector<std::si
     excited.push_back({blow.force.segment(1, lines - 1), {}});
     for (const auto& a : blow.responses) excited.back().responses.push_back(a.segment(1, lines - 1));
   }
-  if (options.drop_odd) require_one_point(excited, clean);
+  if (options.exclude.odd) require_one_point(excited, clean);
   const auto verdicts = judge_blows(excited, names_of(result), dt, samples);
   std::vector<BlowSpectra> kept;
   for (std::size_t i = 0; i < spectra.size(); ++i) {
@@ -119,7 +119,7 @@ void drop_odd_blows(std::vector<BlowSpectra>& spectra, const std::vector<std::si
       report.disagreements.push_back(d.finding);
       certain = certain || d.certain;
     }
-    report.used = !(certain && options.drop_odd);
+    report.used = !(certain && options.exclude.odd);
     for (const std::string& finding : report.disagreements) {
       result.summary.warn(fmt::format("impact {} at {:.4g} s: {}{}", measured[i] + 1, report.time, finding,
                                       report.used ? "" : "; left out"));
@@ -138,15 +138,16 @@ std::vector<Recording> split_blows(const Recording& recording, const FrfOptions&
   const Pulse largest = find_pulse(force);
   const double rest = largest.quiet > 0 ? force.head(largest.quiet).mean() : 0.0;
   const Eigen::VectorXd height = largest.sign * (force.array() - rest);
-  const double level = options.trigger * height.maxCoeff();
+  const double level = options.cut.trigger * height.maxCoeff();
   if (!(level > 0)) return {};
   const auto samples = [&](double time) { return static_cast<Eigen::Index>(std::lround(time / recording.dt)); };
   constexpr Eigen::Index kShortest = 16;
-  if (options.duration > 0 && samples(options.duration) < kShortest)
+  if (options.cut.duration > 0 && samples(options.cut.duration) < kShortest)
     throw Error::in_field(
-        "duration", fmt::format("{:g} s", options.duration),
+        "duration", fmt::format("{:g} s", options.cut.duration),
         fmt::format("0 (to the next impact) or {:g} s at least, {} samples", kShortest * recording.dt, kShortest));
-  const Eigen::Index separation = std::max<Eigen::Index>(1, samples(std::max(options.separation, options.duration)));
+  const Eigen::Index separation =
+      std::max<Eigen::Index>(1, samples(std::max(options.cut.separation, options.cut.duration)));
 
   std::vector<Eigen::Index> triggers;
   for (Eigen::Index i = 0; i < height.size(); ++i) {
@@ -154,13 +155,13 @@ std::vector<Recording> split_blows(const Recording& recording, const FrfOptions&
   }
   std::vector<Recording> blows;
   for (std::size_t b = 0; b < triggers.size(); ++b) {
-    const Eigen::Index first = std::max<Eigen::Index>(0, triggers[b] - samples(options.pre_trigger));
+    const Eigen::Index first = std::max<Eigen::Index>(0, triggers[b] - samples(options.cut.pre_trigger));
     Eigen::Index end = b + 1 < triggers.size()
-                           ? std::max(triggers[b] + 1, triggers[b + 1] - samples(options.pre_trigger))
+                           ? std::max(triggers[b] + 1, triggers[b + 1] - samples(options.cut.pre_trigger))
                            : height.size();
-    if (options.duration > 0) {
-      if (first + samples(options.duration) > end) continue;  // cut off by the end of the record or the next blow
-      end = first + samples(options.duration);
+    if (options.cut.duration > 0) {
+      if (first + samples(options.cut.duration) > end) continue;  // cut off by the end of the record or the next blow
+      end = first + samples(options.cut.duration);
     }
     Recording blow;
     blow.t0 = recording.t0 + recording.dt * static_cast<double>(first);
@@ -190,7 +191,7 @@ std::vector<Recording> all_blows(const std::vector<Recording>& recordings, const
     owner.resize(blows.size(), r);
   }
   if (blows.empty()) throw Error("no complete hammer impact found in the recordings");
-  for (const int number : options.exclude) {
+  for (const int number : options.exclude.blows) {
     if (number < 1 || number > static_cast<int>(blows.size()))
       throw Error(fmt::format("exclude = {}: must be 1 to {}, the number of impacts", number, blows.size()));
   }
@@ -212,9 +213,10 @@ BlowReport report_blow(const Recording& blow, const BlowCheck& check, Eigen::Ind
     if (is_overloaded(blow[channel.response])) report.overloaded_responses.push_back(channel.response);
   }
   const bool overloaded = check.overload || !report.overloaded_responses.empty();
-  const bool excluded = std::count(options.exclude.begin(), options.exclude.end(), static_cast<int>(number) + 1) > 0;
-  report.used = !excluded && !(options.drop_overloads && (overloaded || !damage.empty())) &&
-                !(options.drop_double_hits && !check.second_hits.empty());
+  const bool excluded =
+      std::count(options.exclude.blows.begin(), options.exclude.blows.end(), static_cast<int>(number) + 1) > 0;
+  report.used = !excluded && !(options.exclude.overloads && (overloaded || !damage.empty())) &&
+                !(options.exclude.double_hits && !check.second_hits.empty());
   if (overloaded) {
     result.summary.warn(fmt::format("impact at {:.4g} s: {} overloaded{}", report.time,
                                     check.overload ? force_name : report.overloaded_responses.front(),
@@ -245,10 +247,10 @@ BlowSpectra transform(const Recording& blow, const Pulse& pulse, const BlowCheck
     return y;
   };
   Eigen::VectorXd force = without_dc(blow[force_name]).cwiseProduct(decay);
-  if (options.window_force) {
+  if (options.window.force) {
     Eigen::Index end = pulse.last + 1 + pulse.width() - pulse.quiet;
     if (!check.second_hits.empty()) end += static_cast<Eigen::Index>(check.second_hits.back().time / blow.dt);
-    const auto taper = static_cast<Eigen::Index>(std::lround(options.force_taper / blow.dt));
+    const auto taper = static_cast<Eigen::Index>(std::lround(options.window.taper / blow.dt));
     force = force.cwiseProduct(signal::force_window(n, std::min(end, n), taper));
   }
   BlowSpectra spectra{signal::real_fft(force), {}};
@@ -341,7 +343,7 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& given, const FrfOpt
   drop_dead_responses(blows, result);
 
   const double length = dt * static_cast<double>(n);
-  result.window_decay = -std::log(options.window_end) / length;
+  result.window_decay = -std::log(options.window.end) / length;
   const Eigen::VectorXd decay = signal::exponential_window(n, dt, result.window_decay);
   const auto damage = blow_damage(recordings, blows, pulses, owner, names_of(result), options.repair, spikes);
   for (const std::string& text : spikes) result.summary.warn(text);
@@ -381,7 +383,7 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& given, const FrfOpt
   for (const auto& recording : recordings) result.provenance.inputs.push_back(recording.source);
   result.provenance.options =
       fmt::format("estimator {} window_end {:g} force_window {} band_drop_db {:g}", to_string(options.estimator),
-                  options.window_end, options.window_force, options.band_drop_db);
+                  options.window.end, options.window.force, options.band_drop_db);
   return result;
 }
 

@@ -59,11 +59,6 @@ double branch_difference(const Eigen::VectorXd& d, const Eigen::VectorXd& residu
 void judge(StiffnessLaw& law, const CubicFit& fit, const StiffnessOptions& options, double ds, double fs) {
   const Eigen::Index n = fit.residual.size();
   const double freedom = fit.freedom();
-  if (!fit.converged) law.summary.fail("stiffness fit did not converge");
-  if (law.k1.value <= 0) law.summary.fail("linear stiffness is not positive: check the signs of the table");
-  if (ds > 0.2)
-    law.summary.fail(
-        fmt::format("deflections up to {:.3g} m: no shaft is pulled that far; is their unit mm, not m?", ds));
   if (freedom < 3) law.summary.warn(fmt::format("only {} more points than parameters: wide intervals", freedom));
   if (law.cubic_p_value > 0.05) {
     law.summary.warn(fmt::format("cubic term not significant (p = {:.2g}): a larger deflection is needed to see it",
@@ -81,6 +76,13 @@ void judge(StiffnessLaw& law, const CubicFit& fit, const StiffnessOptions& optio
   if (law.hysteresis > 5.6 * neighbour && law.hysteresis > 1e-9 * fs) {
     law.summary.warn(fmt::format("loading and unloading differ by up to {:.3g} N", law.hysteresis));
   }
+  // Last, as what makes the numbers unusable.
+  if (!fit.converged) law.summary.fail("stiffness fit did not converge");
+  if (law.k1.value <= 0) law.summary.fail("linear stiffness is not positive: check the signs of the table");
+  if (ds > 0.2)
+    law.summary.fail(fmt::format(
+        "deflections up to {:.3g} m ({:.3g} mm): no shaft is pulled that far; is their unit mm, not m (or um, not mm)?",
+        ds, 1e3 * ds));
 }
 
 constexpr double kOutlierChance = 1e-3;  // of one table without an outlier
@@ -227,7 +229,7 @@ AnisotropicStiffness fit_anisotropic_stiffness(const std::vector<DirectedStiffne
     // A table without scatter must not own the fit.
     weight[i] = 1 / std::max({law.k1.sd, 0.1 * mean_sd, 1e-12 * std::abs(law.k1.value)});
     if (law.summary.status == Status::unusable)
-      result.summary.fail(fmt::format("table {}: {}", i + 1, law.summary.warnings.back()));
+      result.summary.fail(fmt::format("table {}: {}", i + 1, law.summary.reason));
   }
   Eigen::Index columns = 3;
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> rank(basis);

@@ -19,9 +19,7 @@ StabilisationDiagram poles_of_all_orders(const FrequencyResponse& frf, const Mod
   PoleOptions all = options.poles;
   all.method = PoleMethod::plscf;
   all.max_damping = kHeaviestDamping;
-  all.min_order = 1;
-  all.max_order = most;
-  all.order_step = 1;
+  all.orders = {.low = 1, .high = most, .step = 1};
   all.bands = 1;
   return stabilisation_diagram(frf, all);
 }

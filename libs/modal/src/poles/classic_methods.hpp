@@ -6,10 +6,6 @@
 
 namespace whirl::modal {
 
-struct Orders {
-  int low, high, step;
-};
-
 // The methods that pLSCF is compared with. Poles of every order, those that can be modes.
 std::vector<StabilisationPole> lsce_poles(const Band& band, const Grid& grid, const Orders& orders, double max_damping);
 std::vector<StabilisationPole> era_poles(const Band& band, const Grid& grid, const Orders& orders, double max_damping);

@@ -174,15 +174,14 @@ StabilisationDiagram stabilisation_diagram(const FrequencyResponse& frf, const P
   const Index core = n / bands;
   const Index overlap = bands > 1 ? core / 5 : 0;
   const int most = static_cast<int>(std::max<Index>(2, std::min<Index>(core / 8, 60)));
-  Orders orders{options.min_order, options.max_order > 0 ? options.max_order : std::min(most, whole ? 60 : 32),
-                options.order_step};
-  if (options.max_order > 0 && 4 * static_cast<Index>(options.max_order) > core) {
-    throw Error(fmt::format("max_order = {}: must be at most {} for {} lines", options.max_order, core / 4, core));
-  }
+  Orders orders = options.orders;
+  if (orders.high > 0 && 4 * static_cast<Index>(orders.high) > core)
+    throw Error(fmt::format("orders.high = {}: must be at most {} for {} lines", orders.high, core / 4, core));
+  if (orders.high <= 0) orders.high = std::min(most, whole ? 60 : 32);
   if (orders.low <= 0) orders.low = std::max(2, orders.high / 3);
   if (orders.step <= 0) orders.step = std::max(1, (orders.high - orders.low) / 10);
   if (orders.low > orders.high)
-    throw Error(fmt::format("min_order = {}: must be at most max_order = {}", orders.low, orders.high));
+    throw Error(fmt::format("orders.low = {}: must be at most orders.high = {}", orders.low, orders.high));
 
   StabilisationDiagram diagram;
   diagram.references = grid.references;

@@ -303,8 +303,7 @@ FrequencyResponse estimate_shaker_frf(const std::vector<Recording>& recordings, 
       throw Error(fmt::format("{}: sample time {:g} s: must be {:g} s as in the first recording", recording.source,
                               recording.dt, recordings.front().dt));
     records.push_back(usable_record(recording, result.summary, false));
-    if (result.summary.status == Status::unusable)
-      throw Error(recording.source + ": " + result.summary.warnings.back());
+    if (result.summary.status == Status::unusable) throw Error(recording.source + ": " + result.summary.reason);
     for (const std::string& force : forces) {
       const VectorXd& f = records.back().at(force).samples;
       if (!(f.maxCoeff() > f.minCoeff()))

@@ -66,9 +66,12 @@ std::vector<SynchronousCurve> curves_of(const io::Table& table, const std::strin
       io::remark(table.source, amplitude->name +
                                    ": its name states no kind of amplitude, peak is taken; amp_peak, amp_pp or amp_rms "
                                    "state it");
-    SynchronousCurve curve{heading.probe.empty() ? name : heading.probe, speed->samples, {}};
+    SynchronousCurve curve{
+        heading.probe.empty() ? name : heading.probe, table.in("speed", Quantity::angular_velocity), {}};
     const bool motion = signal::integrations(amplitude->quantity, amplitude->quantity).has_value();
-    curve.quantity = motion ? amplitude->quantity : Quantity::displacement;
+    if (!motion) table.in(amplitude->name, Quantity::displacement);
+    table.in(phase->second->name, Quantity::angle);
+    curve.quantity = amplitude->quantity;
     curve.vector.resize(speed->samples.size());
     for (Eigen::Index i = 0; i < curve.vector.size(); ++i)
       curve.vector[i] = std::polar(amplitude->samples[i] / signal::factor_from_peak(heading.kind),
@@ -183,15 +186,17 @@ std::string first_line(const std::filesystem::path& file) {
 std::vector<SynchronousCurve> read_bode_table(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return {};
   const std::string name = file.stem().string();
+  io::Table table;
   try {
     if (figure_columns(cells_of(first_line(file)))) {
       std::vector<SynchronousCurve> drawn = curves_of_figure(io::read_text(file), name);
       if (!drawn.empty()) return drawn;
     }
-    return curves_of(io::read_table(file), name);
+    table = io::read_table(file);
   } catch (const Error&) {
     return {};  // a record: its reader says what is wrong with it
   }
+  return curves_of(table, name);
 }
 
 }  // namespace whirl::pages

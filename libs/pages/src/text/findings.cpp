@@ -196,7 +196,7 @@ std::string text(const VibrationFinding& f) {
 }
 
 std::string text(const diagnosis::Unjudged& u) {
-  return fmt::format("channel {}: {} not assessed: {}", u.channel,
+  return fmt::format("{}: {} not assessed: {}", u.channel.empty() ? "all channels" : "channel " + u.channel,
                      u.code ? std::string(code_words(*u.code)) : std::string("orders"), missing_words(u));
 }
 

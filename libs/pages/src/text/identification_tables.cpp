@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/pages/text/identification.hpp"
 
 namespace whirl::pages {
@@ -35,6 +36,11 @@ report::Table rotor_table(const identification::ValidationReport& report) {
                    {"y clean", unit},
                    {"nrmse", "%"},
                    {"note", "", report::Align::left}};
+  const auto refitted = [](const identification::ValidationRun& r) {
+    return r.rotor->unbalance == identification::UnbalanceSource::refitted;
+  };
+  const bool found = std::ranges::any_of(report.runs, refitted);
+  if (found) table.columns.insert(table.columns.end() - 1, {{"unbalance", "um"}, {"at", "deg"}});
   for (const identification::ValidationRun& run : report.runs) {
     const identification::Validation& v = *run.rotor;
     std::vector<std::string> row{run.source};
@@ -45,6 +51,10 @@ report::Table rotor_table(const identification::ValidationReport& report) {
       row.push_back(std::isfinite(m) ? cell : "-");
     }
     row.push_back(fmt::format("{:.2f}", 100 * v.nrmse));
+    if (found) {
+      row.push_back(fmt::format("{:.4g}", 1e6 * std::abs(v.eps)));
+      row.push_back(fmt::format("{:.1f}", std::arg(v.eps) / kRadPerDegree));
+    }
     row.push_back(v.fold_sensitive ? "fold-sensitive" : std::string(to_string(run.summary.status)));
     table.add(std::move(row));
   }
@@ -97,7 +107,7 @@ report::Table comparison_table(const identification::MethodComparison& compariso
     if (horizon > 0) cells.push_back(error_cell(held.near));
     cells.push_back(error_cell(held.scores));
     cells.push_back(fmt::format("{:.3g}", 1e3 * fit.seconds));
-    cells.push_back(fit.model.equations.empty() && !s.warnings.empty() ? s.warnings.back() : held.reason);
+    cells.push_back(fit.model.equations.empty() && !s.reason.empty() ? s.reason : held.reason);
     table.add(std::move(cells));
   }
   table.notes = {

@@ -160,6 +160,7 @@ void FitProblem::refine_linear(VectorXd& t) {
   const ParameterSet& set = model_->parameters();
   const Index first = set.structural, n = set.size() - first;
   double before = std::numeric_limits<double>::infinity();
+  share_scale(t);
   for (int pass = 0; pass < 6; ++pass) {
     MatrixXd normal = MatrixXd::Zero(n, n);
     VectorXd gradient = VectorXd::Zero(n);
@@ -187,6 +188,33 @@ void FitProblem::refine_linear(VectorXd& t) {
     if (!damped_step(normal, gradient, 0, step)) break;
     t.tail(n) += step;
   }
+}
+
+/// Where no trial mass is known the probes read gain times unbalance: of all pairs of one product the one with gains
+/// near
+/// 1. A descent from another pair follows a long bend.
+void FitProblem::share_scale(VectorXd& t) const {
+  const ParameterSet& set = model_->parameters();
+  if (!model_->trials().empty()) return;
+  Complex along = 0;
+  double square = 0;
+  for (Index k = set.gain; k < set.gain + 2 * set.probes; k += 2) {
+    const Complex gain = set.complex_value(t, k);
+    along += std::conj(gain);
+    square += std::norm(gain);
+  }
+  const Complex factor = along / square;
+  if (!std::isfinite(std::norm(factor)) || factor == 0.0) return;
+  const auto scale = [&](Index first, Index count, Complex by) {
+    for (Index k = first; k < first + 2 * count; k += 2) {
+      const Complex value = by * set.complex_value(t, k);
+      const auto at = static_cast<std::size_t>(k);
+      t[k] = set.all[at].internal(value.real());
+      t[k + 1] = set.all[at + 1].internal(value.imag());
+    }
+  };
+  scale(set.gain, set.probes, factor);
+  scale(set.unbalance, set.stations + set.bows, 1.0 / factor);
 }
 
 MatrixXd FitProblem::information_at(const VectorXd& t) {

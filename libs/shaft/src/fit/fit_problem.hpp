@@ -57,6 +57,7 @@ class FitProblem {
   };
   void evaluate(const Eigen::VectorXd& t);
   void refine_linear(Eigen::VectorXd& t);
+  void share_scale(Eigen::VectorXd& t) const;
   template <class Row>
   void visit(const Eigen::VectorXd& t, bool slopes, Row&& row);
   double weight(std::size_t run, Eigen::Index probe, Eigen::Index block) const;

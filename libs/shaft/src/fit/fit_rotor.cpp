@@ -204,7 +204,14 @@ class RotorFitter {
              {{"chi_square", m.chi_square}, {"deviations", m.most()}},
              m.band_run},
             because);
-      s.trust = "Do not trust this model: the records contradict the rotor file.";
+      s.trust = result_.starts > options_.restarts
+                    ? fmt::format(
+                          "Do not trust this model: the records contradict the rotor file, or none of {} starts led "
+                          "to its values.",
+                          result_.starts)
+                    : "Do not trust this model: the records contradict the rotor file.";
+      if (setup_.trials.empty() && setup_.tolerance.probe_gain == 0)
+        s.trust += " Nothing states the gains of the probes: give fit.tolerance.probe_gain_percent.";
     }
     if (!settled_) {
       const auto steps = static_cast<double>(result_.iterations);

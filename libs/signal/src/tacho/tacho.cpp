@@ -160,6 +160,15 @@ std::vector<double> pulse_times(const Eigen::Ref<const Eigen::VectorXd>& signal,
   return pulse_train(signal, dt, Edge::rising, low, middle).times;
 }
 
+bool has_two_levels(const Eigen::Ref<const Eigen::VectorXd>& signal) {
+  constexpr double kLevel = 0.2, kBetween = 0.2;  // of the range; of the samples
+  if (signal.size() < 2) return false;
+  const Levels levels = levels_of(signal);
+  const Eigen::ArrayXd part = (signal.array() - levels.bottom) / levels.range;
+  const auto between = static_cast<double>((part > kLevel && part < 1 - kLevel).count());
+  return levels.range > 0 && between < kBetween * static_cast<double>(signal.size());
+}
+
 const Channel* pulse_channel(const Recording& record) {
   for (const char* name : {"key", "keyphasor", "tacho"}) {
     if (const Channel* found = record.find(name)) return found;

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <vector>
 
-#include "runs/robustness_parallel.hpp"
 #include "whirl/control/supervisor.hpp"
+#include "whirl/core/parallel.hpp"
 
 namespace whirl::tuning {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "runs/design_scenarios.hpp"
-#include "runs/robustness_parallel.hpp"
 #include "whirl/control/supervisor.hpp"
+#include "whirl/core/parallel.hpp"
 
 namespace whirl::tuning {
 namespace {

@@ -1,6 +1,7 @@
 #include "monte_carlo/machine_lanes.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "whirl/control/controller.hpp"
 #include "whirl/rt/clock.hpp"
@@ -100,24 +101,30 @@ std::vector<LaneRun> MachineLanes<Lanes>::run(const ControllerDesign& design) co
     loops.emplace_back(&batch, &ux, &uy, static_cast<int>(i), design, rigs_[i].rig);
     judges.emplace_back(open_[i], &segments_[i], rate, skip, ticks);
   }
+  std::vector<std::optional<rt::CycleRecord>> cycles(loops.size());
   for (long k = 0; k < ticks; ++k) {
     const std::complex<double> turn = control::unit_phasor(batch.read().beta);
     for (std::size_t i = 0; i < loops.size(); ++i) {
       LaneLoop<Lanes>& l = loops[i];
       const int lane = static_cast<int>(i);
+      cycles[i].reset();
       if (!l.running) continue;
       if (!judges[i].motion({batch.true_x()[lane], batch.true_y()[lane]}, omega_[k])) {
         l.running = false;
         l.view.write({});
         continue;
       }
-      const rt::CycleRecord cycle = l.loop.cycle();
-      const control::ControllerState& state = l.controller.state();
-      l.supervision |= state.supervision.word;
-      judges[i].cycle(cycle.measurement, turn, ux[lane], state.saturated || cycle.limited, cycle.trip);
+      cycles[i] = l.loop.cycle();
+      l.supervision |= l.controller.state().supervision.word;
     }
     batch.write(ux, uy);
     batch.advance();
+    for (std::size_t i = 0; i < loops.size(); ++i) {
+      if (!cycles[i]) continue;
+      // What acts: the noise of a command that stays within the play of an amplifier chatters nowhere.
+      judges[i].cycle(cycles[i]->measurement, turn, batch.commanded_x()[static_cast<int>(i)],
+                      loops[i].controller.state().saturated || cycles[i]->limited, cycles[i]->trip);
+    }
   }
   std::vector<LaneRun> out;
   for (std::size_t i = 0; i < rigs_.size(); ++i) {

@@ -11,8 +11,8 @@
 #include "monte_carlo/monte_carlo_checkpoint.hpp"
 #include "monte_carlo/monte_carlo_draw.hpp"
 #include "runs/design_scenarios.hpp"
-#include "runs/robustness_parallel.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/parallel.hpp"
 
 namespace whirl::tuning {
 namespace {

@@ -83,6 +83,10 @@ class Random {
   std::mt19937_64 engine_;
 };
 
+/// A participation is the rotor's modal mass by that of the mode. What carries a rotor is heavier than the rotor: a
+/// mode that is lighter is one of the shaft, held by the same steel as the first, and another stiffness moves it too.
+bool of_shaft(const rig::RigMode& mode) { return mode.participation > 1; }
+
 }  // namespace
 
 RigDraw::RigDraw(const RotorModel& centre, const IdentifiedModel& model, const Hardware& hardware,
@@ -110,7 +114,8 @@ DrawnRig RigDraw::operator()(int sample) const {
   m.c += shift[2];
   m.eps += std::complex<double>(shift[3], shift[4]);
   // One after the other: the order of evaluation of function arguments is free, that of statements is not.
-  m.k1 *= std::max(0.1, 1 + options_.stiffness_sd * random.measured(limits));
+  const double stiff = std::max(0.1, 1 + options_.stiffness_sd * random.measured(limits));
+  m.k1 *= stiff;
   m.c *= std::max(0.05, 1 + options_.damping_sd * random.measured(limits));
   const double scale = options_.unbalance_sd * random.tolerance(limits),
                turn = options_.unbalance_sd * random.tolerance(limits);
@@ -148,6 +153,7 @@ DrawnRig RigDraw::operator()(int sample) const {
   const bool rings = common_case(CommonUnknown::ringing, sample);
   for (std::size_t i = 0; i < rig.modes.size(); ++i) {
     rig::RigMode& mode = rig.modes[i];
+    if (of_shaft(mode)) mode.frequency *= std::sqrt(stiff);
     mode.participation *= random.factor(options_.participation_sd, limits);
     const bool minus = random.uniform() < 0.5;
     if (hardware_.modes[i].sensor_sign == 0 && minus) mode.sensor_sign = -mode.sensor_sign;

@@ -7,7 +7,7 @@
 #include "monte_carlo/machine_lanes.hpp"
 #include "monte_carlo/random_numbers.hpp"
 #include "runs/design_scenarios.hpp"
-#include "runs/robustness_parallel.hpp"
+#include "whirl/core/parallel.hpp"
 
 namespace whirl::tuning {
 namespace {

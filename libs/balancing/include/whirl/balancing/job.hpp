@@ -28,6 +28,20 @@ struct VectorConvention {
 std::optional<diagnosis::Criterion> criterion_of(const std::string& name);
 std::optional<diagnosis::Drift> drift_of(const std::string& name);
 
+/// Where masses fit, and in which sizes. 0: not stated.
+struct MassPlaces {
+  int holes = 0;               ///< equally spaced, of each plane
+  double first_hole = 0;       ///< rad, counted as the job counts angles
+  double piece = 0, hole = 0;  ///< masses are multiples of `piece`; largest mass in one hole, kg
+};
+
+/// The rotor that is balanced. 0: not stated.
+struct BalancedRotor {
+  double mass = 0, radius = 0;  ///< of the rotor, kg; where masses are added, m
+  double grade = 0;             ///< mm/s; else 6.3
+  double service_speed = 0;     ///< rad/s; else the highest speed of the job
+};
+
 /// What a guided job states beside its runs: tables [setup], [plan] and [machine] of runs.toml. NaN or 0: not stated.
 struct JobPlan {
   std::string edge = "leading";      ///< of the mark that triggers the keyphasor: leading or trailing
@@ -37,12 +51,11 @@ struct JobPlan {
   double trial = 0, limit = 0;       ///< kg
   double target = 0, allowed = 0;    ///< SI, in the convention of the job (p-p, 0-p, rms)
   double noise = 0, slow_roll = 0;   ///< m 0-p; rad/s
-  double first_hole = 0, piece = 0, hole = 0;  ///< rad as written; kg; kg
-  int holes = 0;
+  MassPlaces places;
   std::optional<diagnosis::Criterion> criterion;
   std::optional<diagnosis::Drift> drift;
   bool drop_dependent = false;
-  double mass = 0, radius = 0, grade = 0, service_speed = 0;  ///< kg, m, mm/s, rad/s
+  BalancedRotor rotor;
 };
 
 /// A balancing job as read from a file.

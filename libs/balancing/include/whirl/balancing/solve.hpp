@@ -6,9 +6,17 @@
 #include "whirl/balancing/job.hpp"
 #include "whirl/balancing/sheet.hpp"
 #include "whirl/diagnosis/correction.hpp"
+#include "whirl/diagnosis/unbalance_budget.hpp"
 #include "whirl/io/json.hpp"
 
 namespace whirl::balancing {
+
+/// What is known of the influence before the trials.
+struct PriorOptions {
+  std::filesystem::path from;  ///< balance.json of an earlier job, model.json or modes.json
+  double common = 0.3;         ///< sd of the error that its coefficients share at a speed (complex part)
+  double each = 0.15;          ///< sd of the error of each coefficient alone
+};
 
 /// What is asked of a job beside its runs. SI. 0 or empty: as the job's file states (JobFile::plan), else not stated.
 struct JobOptions {
@@ -17,18 +25,13 @@ struct JobOptions {
   double noise = 0;                               ///< sd of one reading, SI 0-p; else from the runs
   double noise_written = 0;                       ///< the same in the unit of the readings
   double limit = 0;                               ///< largest mass of a plane, kg
-  int holes = 0;                                  ///< equally spaced, of each plane
-  double first_hole = 0;                          ///< rad, counted as the job counts angles
-  double piece = 0, hole = 0;                     ///< masses are multiples of `piece`; largest mass in one hole, kg
+  MassPlaces places;
   bool drop_dependent = false;  ///< no mass on a plane that acts as another (independent part below 0.2, Darlow)
   bool all_runs = false;        ///< a run that contradicts the others is named, but used
-  std::filesystem::path prior;  ///< balance.json of an earlier job, or model.json: known before the trials
-  double prior_common = 0.3;    ///< sd of the error that its coefficients share at a speed (complex part)
-  double prior_each = 0.15;     ///< sd of the error of each coefficient alone
-  std::vector<double> zones;    ///< limits of zones A, B, C, m, in the kind of the readings; empty: ISO 20816-3
-  double mass_error = 0, angle_error = 0, radius_error = 0;  ///< of what is put on (95 %): kg, rad, m; error budget
-  double mass = 0, radius = 0;                               ///< of the rotor, kg; where masses are added, m
-  double grade = 0, service_speed = 0;                       ///< mm/s, rad/s; else 6.3 and the highest speed of the job
+  PriorOptions prior;
+  std::vector<double> zones;        ///< limits of zones A, B, C, m, in the kind of the readings; empty: ISO 20816-3
+  diagnosis::PlacingErrors errors;  ///< of what is put on (95 %), for the error budget
+  BalancedRotor rotor;
 };
 
 struct SolvedJob {
@@ -37,7 +40,7 @@ struct SolvedJob {
 };
 
 /// Masses to put on, readings before and after with intervals, influence coefficients, contradictions, error budget.
-/// With options.prior, trial runs may be missing (Bayesian combination, least squares and free masses only).
+/// With options.prior.from, trial runs may be missing (Bayesian combination, least squares and free masses only).
 /// `title`: stands on the sheet. `on_rotor`: masses that stay (kg, by plane) where a guided job has ended; else those
 /// that are prescribed. Throws Error where the runs do not tell the influence, and for options that contradict.
 SolvedJob solve_job(const std::string& title, const JobFile& file, JobOptions options,

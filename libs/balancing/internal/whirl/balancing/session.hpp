@@ -18,7 +18,7 @@ struct NewJob {
   double keyphasor = 0, notch = 0;          ///< rad: the keyphasor's probe, the width of the mark
   std::string edge = "leading";             ///< of the mark that triggers: leading or trailing
   double critical_speed = 0;                ///< rad/s: tells on which side the heavy spot is
-  double trial = 0;                         ///< kg; else from options.mass and options.radius
+  double trial = 0;                         ///< kg; else from options.rotor
   std::string unit = "um";                  ///< of the readings: um, mil, mm_s, in_s, g or m_s2
   double target = 0, allowed = 0;           ///< SI, in the kind of the readings
   double slow_roll = 0;                     ///< rad/s: readings at or below are runout

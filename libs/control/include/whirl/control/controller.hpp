@@ -27,24 +27,37 @@ struct ControllerState {
   Supervision supervision;  ///< of this step; neutral without supervision
 };
 
+struct LoopTiming {
+  double step = 0;    ///< h, s
+  double delay = 0;   ///< sensor + computation + lag, s
+  double sensor = 0;  ///< the sensor's share of it, s
+};
+
+/// What the actuators can do; 0: no limit, or not known.
+struct ForceLimits {
+  double largest = 0;     ///< N
+  double slew = 0;        ///< N/s
+  double hysteresis = 0;  ///< width, N
+};
+
+struct Feedforward {
+  bool on = true;        ///< the disturbance estimate (or the model's unbalance) is part of f
+  bool advance = true;   ///< disturbance at the time of effect
+  bool carried = false;  ///< nothing but the feedback carries the unbalance
+};
+
 /// Settings around estimator and law, all numbers checked.
 struct ControllerSettings {
   LateralModel model;
   std::complex<double> eps, offset;
-  double gain = 0;          ///< b, acceleration per newton
-  double sample_time = 0;   ///< h, s
-  double delay = 0;         ///< sensor + computation + lag, s
-  double sensor_delay = 0;  ///< s
-  double force_limit = 0;   ///< N; 0 = none
-  double slew_limit = 0;    ///< of the force, N/s; 0 = none
-  double hysteresis = 0;    ///< width of that of the actuator, N; 0 = not known
-  double cancel = 1;        ///< fraction of the linear stiffness that model-based laws cancel
-  bool feedforward = true;  ///< the disturbance estimate (or the model's unbalance) is part of f
-  bool advance = true;      ///< disturbance at the time of effect
-  bool predict = false;     ///< position and velocity at the time of effect
-  long stale_limit = 100;   ///< held samples in a row after which the step faults
-  bool supervise = false;   ///< the supervisor beside the law acts
-  bool carried = false;     ///< nothing but the feedback carries the unbalance
+  double gain = 0;  ///< b, acceleration per newton
+  LoopTiming timing;
+  ForceLimits force;
+  double cancel = 1;  ///< fraction of the linear stiffness that model-based laws cancel
+  Feedforward feedforward;
+  bool predict = false;    ///< position and velocity at the time of effect
+  long stale_limit = 100;  ///< held samples in a row after which the step faults
+  bool supervise = false;  ///< the supervisor beside the law acts
 };
 
 /// Estimator, prediction over the loop delay, law, feedforward and force limit as one fixed-size value.

@@ -29,6 +29,8 @@ enum class Quantity {
   rate,               ///< 1/s
   rate_squared,       ///< 1/s^2, e.g. stiffness per mass
   force_constant,     ///< actuator force per volt, N/V
+  specific_energy,    ///< m^2/s^2, e.g. half the square of a sliding variable
+  specific_power,     ///< m^2/s^3
 };
 
 /// SI unit symbol, e.g. "m/s^2"; "1" for dimensionless. Angular velocity is rad/s, frequency Hz.

@@ -10,6 +10,7 @@ struct ForcedMode {
   double omega = 0;                    ///< undamped natural frequency, rad/s
   double zeta = 0;                     ///< damping ratio
   std::complex<double> participation;  ///< m of unbalance per unit q
+  bool operator==(const ForcedMode&) const = default;
 };
 
 /// Lateral motion of a rotor on a nonlinear shaft, per unit mass, in the complex coordinate z = x + i y
@@ -33,6 +34,7 @@ struct RotorModel {
 
   double natural_frequency() const;  ///< sqrt(k1), rad/s; 0 when k1 <= 0
   double damping_ratio() const;      ///< c / (2 sqrt(k1))
+  bool operator==(const RotorModel&) const = default;
 };
 
 }  // namespace whirl

@@ -24,6 +24,7 @@ struct Summary {
   double chi_square = std::numeric_limits<double>::quiet_NaN();  ///< whitened residual variance, 1 when the model fits
   std::string trust;                                             ///< one sentence: what the result may be trusted for
   std::vector<std::string> warnings;
+  std::string reason;              ///< why the numbers must not be used, one of `warnings`; empty unless unusable
   std::vector<std::string> notes;  ///< said beside the result, which holds as it is
   /// What later steps decide on; each stands in `warnings` or, a note, in `notes` in words too.
   std::vector<Finding> findings;
@@ -40,8 +41,16 @@ struct Summary {
     if (status == Status::ok) status = Status::warning;
   }
   void fail(std::string message) {
+    reason = message;
     warnings.push_back(std::move(message));
     status = Status::unusable;
+  }
+  /// The warnings of a part, and its failure, are those of the whole.
+  void take(const Summary& part) {
+    for (const std::string& w : part.warnings) warn(w);
+    if (part.status != Status::unusable) return;
+    status = Status::unusable;
+    reason = part.reason;
   }
 };
 

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace whirl {
 
@@ -28,6 +29,11 @@ class Damping {
  private:
   double value_;
 };
+
+/// Solution of a positive definite system, most of which is zero, as that of a fit whose runs have starts of their own:
+/// they meet in the coefficients alone, and the factor is as sparse. Nothing where the matrix is small, full or not
+/// positive definite.
+std::optional<Eigen::MatrixXd> solve_sparse(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
 
 /// Step of Levenberg and Marquardt, (N + damping diag N) step = gradient, solved in columns of unit length. A parameter
 /// without effect (zero column) stays. False when the matrix is not positive definite.

@@ -26,6 +26,13 @@ inline constexpr std::string_view kLabelRule = "must be one line of printable UT
 bool is_unit_text(std::string_view text);
 inline constexpr std::string_view kUnitRule = "must be a unit of letters, digits, blanks and ^ * / . - + % ( )";
 
+/// ASCII letters made small; the rest as it is.
+std::string small_letters(std::string_view text);
+
+/// The name of a channel: in small letters where it then is the time, the motion, the angle, pulses or the speed of a
+/// rotor ("Keyphasor", "BETA"), else as it is.
+std::string channel_role(std::string_view name);
+
 /// Any text as one line that `is_label` allows, whatever its length: what it does not allow becomes a blank, bytes that
 /// are no UTF-8 a question mark.
 std::string one_line(std::string_view text);

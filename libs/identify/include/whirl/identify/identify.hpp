@@ -38,30 +38,35 @@ struct LinearBound {
 /// "[v': x] + 2*[v': v] <= -1", or >=: numbers, and names in brackets (library groups also without). Throws Error.
 LinearBound linear_bound(const std::string& text);
 
+/// What the equations of Method::sindy must keep. The terms are those that the records ask for; then their coefficients
+/// are the most likely ones within the bounds, by the quadratic approximation of the likelihood, with intervals along
+/// the active ones. Those are warnings that say what the records ask for. Not for maps, hidden states, denominators,
+/// sign bounds and unrefined models: Error.
+struct ModelBounds {
+  std::vector<LinearBound> linear;
+  /// Least rate, 1/s, at which every mode of the part linear about the origin decays; NaN: free.
+  double least_decay = std::numeric_limits<double>::quiet_NaN();
+  /// The model is one whose motion stays bounded from any start, with a certificate (`Trapping`). For terms up to
+  /// degree 2 in the states (the default library then), without inputs. Not together with `least_decay`. Error where no
+  /// such model lies near the records.
+  bool trapping = false;
+
+  bool any() const { return !linear.empty() || trapping || least_decay == least_decay; }
+};
+
 struct IdentifyOptions {
   Method method = Method::automatic;
   RotorIdentifyOptions rotor;                     ///< Method::weak
   PaperOptions paper;                             ///< Method::paper; also the regressors of `compare_methods`
   ConsistentOptions consistent;                   ///< Method::consistent
   SecondOrderOptions second_order;                ///< Method::second_order
-  std::string output = "y", input = "u";          ///< its channels
   SindyOptions sindy;                             ///< Method::sindy; states: by default all channels that are no inputs
   std::optional<expr::CandidateLibrary> library;  ///< Method::sindy with exactly these terms
   DriveOptions drive;                             ///< Method::drive; without a part held out
   /// Share of a single record kept out of a second fit, to be predicted, 0.05 to 0.8; of several records the last is
   /// held out. 0: no second fit.
   double holdout = 0.3;
-  /// Method::sindy: inequalities between coefficients, and the least rate, 1/s, at which every mode of the part linear
-  /// about the origin decays (NaN: free). The terms are those that the records ask for; then their coefficients are the
-  /// most likely ones within the bounds, by the quadratic approximation of the likelihood, with intervals along the
-  /// active ones. Those are warnings that say what the records ask for. Not for maps, hidden states, denominators,
-  /// sign bounds and unrefined models: Error.
-  std::vector<LinearBound> bounds;
-  double least_decay = std::numeric_limits<double>::quiet_NaN();
-  /// Method::sindy: the model is one whose motion stays bounded from any start, with a certificate (`Trapping`). For
-  /// terms up to degree 2 in the states (the default library then), without inputs; `bounds` are kept too. Not together
-  /// with `least_decay`. Terms and intervals as for `bounds`. Error where no such model lies near the records.
-  bool trapping = false;
+  ModelBounds bounds;
   /// Told what is done and how far it is, 0 to 1. May be empty.
   std::function<void(const std::string&, double)> progress;
 

@@ -17,6 +17,7 @@ namespace whirl::identification {
 struct DecayingMode {
   double omega = 0;  ///< undamped, rad/s
   double zeta = 0;   ///< damping ratio, below 1
+  bool operator==(const DecayingMode&) const = default;
 };
 
 /// What the y probe reads of the motion: (1 + gain) (y cos angle + x sin angle), later than x is read by `skew`
@@ -34,6 +35,52 @@ struct SensorAxes {
   double high_pass_square = 0;
   double gain_drift = 0;   ///< both probes read 1 + gain_drift (t - drift_start) times the displacement, 1/s
   double drift_start = 0;  ///< s
+  bool operator==(const SensorAxes&) const = default;
+};
+
+/// Starting values of k1_change and c_change of each record (the first one's are 0), estimated for the others; empty:
+/// all records have the same k1, c.
+struct RecordChanges {
+  std::vector<double> k1, c;
+  bool operator==(const RecordChanges&) const = default;
+};
+
+/// Modes beside the main one.
+struct FurtherModes {
+  bool participation = true;         ///< of the forced modes, per record, complex, is estimated
+  std::vector<DecayingMode> decays;  ///< free decays
+  bool poles = false;                ///< w and zeta of the forced and decaying modes are estimated
+  int given = -1;                    ///< place of a forced mode whose w and zeta stay all the same; -1: none
+  bool operator==(const FurtherModes&) const = default;
+};
+
+/// The angle against the displacement.
+struct ClockOptions {
+  bool delay = false;      ///< that of the displacement channels (positive: they are older) is estimated, shared
+  bool drift = false;      ///< it grows in proportion to the time of the record
+  double start_drift = 0;  ///< starting value of that share
+  /// Correction of the angle by a polynomial of this degree without constant term (the phase of eps takes the
+  /// constant), per record: 2 for an assumed constant acceleration, 0 for a measured angle. At most 6.
+  int profile_degree = 0;
+  bool operator==(const ClockOptions&) const = default;
+};
+
+/// What the probes add to the motion.
+struct ProbeOptions {
+  SensorAxes start;                           ///< starting value
+  std::vector<const TermEntry*> errors = {};  ///< that are estimated
+  /// Shaft runout read beside the motion: harmonics 1 .. n of the angle, forward and backward, per record.
+  int runout_harmonics = 0;
+  bool operator==(const ProbeOptions&) const = default;
+};
+
+struct FreeRunOptions {
+  /// Runge-Kutta steps per sample, at most 16; 0: as many as keep their error below a quarter of the standard deviation
+  /// of every parameter.
+  int substeps = 0;
+  int max_iterations = 30;
+  double tolerance = 0.02;  ///< stops when no parameter moves by more than this share of its standard deviation
+  bool operator==(const FreeRunOptions&) const = default;
 };
 
 /// Which parameters the output-error fit estimates. Parameters that are not estimated keep their starting value.
@@ -41,38 +88,21 @@ struct OutputErrorOptions {
   bool rotor = true;            ///< k1, k2, c
   bool conj_stiffness = false;  ///< k1_conj
   bool conj_damping = false;    ///< c_conj
-  /// Starting values of k1_change and c_change of each record (the first one's are 0), estimated for the others; empty:
-  /// all records have the same k1, c.
-  std::vector<double> record_k1, record_c;
-  bool unbalance = true;             ///< eps, per record
-  bool offset = true;                ///< sensor offset, per record
-  bool participation = true;         ///< of the forced modes, per record, complex
-  std::vector<DecayingMode> decays;  ///< free decays beside the main mode
-  bool poles = false;                ///< w and zeta of the forced and decaying modes
-  int given_mode = -1;               ///< place of a forced mode whose w and zeta stay all the same; -1: none
-  /// Common delay of the displacement channels against the angle (positive: displacement is older), s, shared.
-  bool delay = false;
-  bool clock_drift = false;  ///< the delay grows in proportion to the time of the record
-  double start_drift = 0;    ///< starting value of that share
+  RecordChanges changes;
+  bool unbalance = true;  ///< eps, per record
+  bool offset = true;     ///< sensor offset, per record
+  FurtherModes modes;
+  ClockOptions clock;
   /// Forces beyond RotorModel, with their starting values; at most 10.
   std::vector<RotorTerm> terms;
-  bool free_terms = true;                      ///< their coefficients are estimated
-  SensorAxes sensor;                           ///< starting value
-  std::vector<const TermEntry*> sensors = {};  ///< errors of the probes that are estimated
+  bool free_terms = true;  ///< their coefficients are estimated
+  ProbeOptions probes;
+  FreeRunOptions solver;
+
   bool estimates(const TermEntry& sensor_error) const {
-    return std::ranges::find(sensors, &sensor_error) != sensors.end();
+    return std::ranges::find(probes.errors, &sensor_error) != probes.errors.end();
   }
-  /// Shaft runout read by the probes beside the motion: harmonics 1 .. n of the angle, forward and backward, per
-  /// record.
-  int runout_harmonics = 0;
-  /// Correction of the angle by a polynomial of this degree without constant term (the phase of eps takes the
-  /// constant), per record: 2 for an assumed constant acceleration, 0 for a measured angle. At most 6.
-  int profile_degree = 0;
-  /// Runge-Kutta steps per sample, at most 16; 0: as many as keep their error below a quarter of the standard deviation
-  /// of every parameter.
-  int substeps = 0;
-  int max_iterations = 30;
-  double tolerance = 0.02;  ///< stops when no parameter moves by more than this share of its standard deviation
+  bool operator==(const OutputErrorOptions&) const = default;
 };
 
 /// What belongs to one record of an output-error fit.

@@ -31,6 +31,7 @@ struct RotorTerm {
   std::string_view parameter() const;
   std::string_view unit() const;
   bool is(const TermEntry& other) const { return entry == &other; }
+  bool operator==(const RotorTerm&) const = default;
 };
 
 /// State of the rotor: m, m/s, speed rad/s, angle rad, time s, acceleration of the angle rad/s^2.

@@ -31,6 +31,32 @@ struct BoundOutcome {
   double t = std::numeric_limits<double>::quiet_NaN();          ///< and its coefficient / sd
 };
 
+/// What holds for single equations.
+struct EquationOptions {
+  std::map<std::string, std::vector<std::string>> library_of = {};  ///< own candidate terms, by lhs, e.g. "v'"
+  std::vector<Equation> known = {};  ///< equations with given coefficients, kept as they are, e.g. x' = v
+  std::vector<SignBound> signs =
+      {};  ///< bounds of coefficients; Error on a term that is no candidate, and in fit_library
+  /// Candidate terms of denominators beside the 1: rational right-hand sides N / (1 + sum d g) (fit_rational).
+  std::vector<std::string> denominators = {};
+};
+
+/// Limits of the search for terms.
+struct TermSearchOptions {
+  double window = 0;          ///< half-width of the test functions, s; 0: from the record's own time scale
+  double t_value = 4;         ///< terms with a smaller |coefficient / sd| go
+  double least_share = 1e-4;  ///< and those with a smaller |coefficient| rms(term) / rms(lhs)
+  int max_passes = 500;  ///< of the refinement over its free runs; beyond, the search for terms ends (see fit_sindy)
+};
+
+/// What inputs do between their samples, and after how many seconds the system feels them; inputs that are not here: by
+/// evidence (see fit_sindy). Not for maps, and only with `refine`.
+struct TimingOptions {
+  std::map<std::string, Hold> hold = {};
+  std::map<std::string, double> dead_time = {};
+  bool find = true;  ///< false: inputs that are not above are band-limited without dead time
+};
+
 struct SindyOptions {
   std::vector<std::string> states;  ///< measured channels whose equations are sought
   std::vector<std::string> inputs;  ///< channels that drive them
@@ -39,28 +65,16 @@ struct SindyOptions {
   /// Candidate terms as text in states (and their rates, order 2), inputs and t; empty: all monomials up to degree 3
   /// (2 when there are more than 3 variables).
   std::vector<std::string> library;
-  std::map<std::string, std::vector<std::string>> library_of;  ///< own terms of one equation, by lhs, e.g. "v'"
-  std::vector<Equation> known;  ///< equations with given coefficients, kept as they are, e.g. x' = v
-  std::vector<SignBound> signs =
-      {};                     ///< bounds of coefficients; Error on a term that is no candidate, and in fit_library
-  double window = 0;          ///< half-width of the test functions, s; 0: from the record's own time scale
-  double t_value = 4;         ///< terms with a smaller |coefficient / sd| go
-  double least_share = 1e-4;  ///< and those with a smaller |coefficient| rms(term) / rms(lhs)
-  int max_passes = 500;  ///< of the refinement over its free runs; beyond, the search for terms ends (see fit_sindy)
-  bool refine = true;    ///< multiple-shooting refinement with pruning and score test; false: weak form only
+  EquationOptions equations = {};
+  TermSearchOptions search = {};
+  bool refine = true;  ///< multiple-shooting refinement with pruning and score test; false: weak form only
   regression::SolveOptions solver = {.method = "best_subset"};  ///< of the weak form
-  /// What inputs do between their samples, and after how many seconds the system feels them; inputs that are not here:
-  /// by evidence (see fit_sindy). Not for maps, and only with `refine`.
-  std::map<std::string, Hold> hold = {};
-  std::map<std::string, double> dead_time = {};
+  TimingOptions timing = {};
   /// States without a channel that may be added, at most; only on evidence of the part held out (fit_hidden).
   int hidden = 0;
-  /// Candidate terms of denominators beside the 1: rational right-hand sides N / (1 + sum d g) (fit_rational).
-  std::vector<std::string> denominators = {};
   /// Correlation of a state's noise from one sample to the next, in [0, 1); empty: found where white noise does not
   /// explain the records. Not for maps, and only with `refine`.
   std::map<std::string, double> noise_correlation = {};
-  bool find_timing = true;  ///< false: inputs that are not above are band-limited without dead time
 };
 
 /// Sparse identification of x' = f(x, u) with one setting for clean and noisy records.
@@ -73,11 +87,11 @@ struct SindyOptions {
 /// 3. Output-error refinement of all equations together on free runs of about one period 2 pi / w_c with free starts
 ///    (multiple shooting; chaos cannot grow over so short a run), then on longer ones while these still follow: unlike
 ///    the columns of a regression, its residual is white when the model is right, so terms may be tested. Terms below
-///    `t_value` or `least_share` are dropped, absent candidates with a score of at least t_value^2 are added, until
-///    neither changes; then every other support on the regression's path that is no larger is tried in its place and
-///    kept when it lowers the criterion of the free runs. So are the best supports that lack one of the model's terms,
-///    sought exactly in the information matrix of the score test; those within 10 of the criterion (odds of 150 to 1)
-///    are a warning: the records cannot tell the terms.
+///    `search.t_value` or `least_share` are dropped, absent candidates with a score of at least t_value^2 are added,
+///    until neither changes; then every other support on the regression's path that is no larger is tried in its place
+///    and kept when it lowers the criterion of the free runs. So are the best supports that lack one of the model's
+///    terms, sought exactly in the information matrix of the score test; those within 10 of the criterion (odds of 150
+///    to 1) are a warning: the records cannot tell the terms.
 ///
 /// The search takes some 30 to 100 passes over the free runs; where it has not come to an end after `max_passes` the
 /// model is unusable (terms still coming and going: a signal that something outside drives was taken for a state, or a

@@ -20,9 +20,9 @@ namespace whirl::identification {
 /// Weak form of all equations together, each weighted by its residual variance, in the unknowns of the groups; groups
 /// that are tied (several entries) or have a physical coefficient stay, single candidates are selected by
 /// `options.solver`. Then refinement on free runs with the ties kept (refine_free_run), from one characteristic period
-/// up to the whole record while the model follows; candidates with |t| < `options.t_value` are dropped. `parameters` of
-/// the result are the unknowns by group name (several groups of one name, a term in two equations: "x': v"), with
-/// `parameter_covariance`; summary and errors as fit_sindy.
+/// up to the whole record while the model follows; candidates with |t| < `options.search.t_value` are dropped.
+/// `parameters` of the result are the unknowns by group name (several groups of one name, a term in two equations: "x':
+/// v"), with `parameter_covariance`; summary and errors as fit_sindy.
 IdentifiedModel fit_library(const std::vector<Recording>& records, const expr::CandidateLibrary& library,
                             const SindyOptions& options = {});
 

@@ -159,9 +159,10 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
   if (options.rotor) add_lanes(list, -1, {{"k1", kK1}, {"k2", kK2}, {"c", kC}});
   if (options.conj_stiffness) add_lanes(list, -1, {{"k1_conj_re", kConjKRe}, {"k1_conj_im", kConjKIm}});
   if (options.conj_damping) add_lanes(list, -1, {{"c_conj_re", kConjCRe}, {"c_conj_im", kConjCIm}});
-  if (options.delay) list.push_back({"delay", Kind::lane, -1, kProfile + options.profile_degree});
-  if (options.clock_drift)
-    list.push_back({"clock_drift", Kind::lane, -1, kProfile + options.profile_degree + options.delay, true});
+  if (options.clock.delay) list.push_back({"delay", Kind::lane, -1, kProfile + options.clock.profile_degree});
+  if (options.clock.drift)
+    list.push_back(
+        {"clock_drift", Kind::lane, -1, kProfile + options.clock.profile_degree + options.clock.delay, true});
   for (int k = 0; options.free_terms && k < static_cast<int>(options.terms.size()); ++k) {
     list.push_back({std::string(options.terms[static_cast<std::size_t>(k)].parameter()), Kind::term, -1, k});
   }
@@ -174,13 +175,13 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
     if (options.estimates(*entry))
       list.push_back({std::string(entry->parameters[0].name), Kind::sensor, -1, 0, false, entry});
   }
-  for (int k = 0; options.poles && k < modes; ++k) {
-    if (k == options.given_mode) continue;
+  for (int k = 0; options.modes.poles && k < modes; ++k) {
+    if (k == options.modes.given) continue;
     list.push_back({fmt::format("w_mode{}", k + 1), Kind::pole_w, -1, k});
     list.push_back({fmt::format("zeta_mode{}", k + 1), Kind::pole_zeta, -1, k});
   }
-  const int n_decays = static_cast<int>(options.decays.size());
-  for (int k = 0; options.poles && k < n_decays; ++k) {
+  const int n_decays = static_cast<int>(options.modes.decays.size());
+  for (int k = 0; options.modes.poles && k < n_decays; ++k) {
     list.push_back({fmt::format("w_decay{}", k + 1), Kind::decay_w, -1, k});
     list.push_back({fmt::format("zeta_decay{}", k + 1), Kind::decay_zeta, -1, k});
   }
@@ -188,15 +189,15 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
     // One axis reads amplitudes of e^{i beta} and e^{-i beta} alike: the forward one stands for both.
     const Axes axes = records[static_cast<std::size_t>(r)].axes;
     const int senses = axes == Axes::both ? 1 : 2;
-    if (r > 0 && !options.record_k1.empty()) add_lanes(list, r, {{"k1_change", kK1}});
-    if (r > 0 && !options.record_c.empty()) add_lanes(list, r, {{"c_change", kC}});
+    if (r > 0 && !options.changes.k1.empty()) add_lanes(list, r, {{"k1_change", kK1}});
+    if (r > 0 && !options.changes.c.empty()) add_lanes(list, r, {{"c_change", kC}});
     if (options.unbalance) add_lanes(list, r, {{"eps_re", kEpsRe}, {"eps_im", kEpsIm}});
     add_lanes(list, r, {{"x0", kX0}, {"y0", kY0}, {"vx0", kVx0}, {"vy0", kVy0}});
-    for (int k = 0; k < options.profile_degree; ++k) {
+    for (int k = 0; k < options.clock.profile_degree; ++k) {
       list.push_back({name(fmt::format("profile{}", k + 1), r), Kind::lane, r, kProfile + k});
     }
     for (const TermEntry* entry : term_catalogue()) {
-      if (entry->charge.empty() || !(options.estimates(*entry) || options.sensor.*entry->sensor > 0)) continue;
+      if (entry->charge.empty() || !(options.estimates(*entry) || options.probes.start.*entry->sensor > 0)) continue;
       const bool rate = entry->after != nullptr;
       const std::string charge(entry->charge);
       if (axes != Axes::y) list.push_back({name(charge + "_re", r), Kind::charge, r, rate, false});
@@ -204,13 +205,13 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
     }
     if (options.offset && axes != Axes::y) list.push_back({name("offset_re", r), Kind::offset, r, 0, false});
     if (options.offset && axes != Axes::x) list.push_back({name("offset_im", r), Kind::offset, r, 0, true});
-    for (int k = 0; options.participation && k < modes; ++k) {
+    for (int k = 0; options.modes.participation && k < modes; ++k) {
       add_complex(list, fmt::format("mode{}", k + 1), Kind::participation, r, k);
     }
     for (int k = 0; k < 2 * n_decays; k += senses) {
       add_complex(list, fmt::format("decay{}{}", k / 2 + 1, k % 2 == 0 ? "+" : "-"), Kind::decay, r, k);
     }
-    for (int k = 0; k < 2 * options.runout_harmonics; k += senses) {
+    for (int k = 0; k < 2 * options.probes.runout_harmonics; k += senses) {
       add_complex(list, fmt::format("runout{}{}", k / 2 + 1, k % 2 == 0 ? "+" : "-"), Kind::runout, r, k);
     }
   }

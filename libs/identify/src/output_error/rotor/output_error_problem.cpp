@@ -135,7 +135,7 @@ int OutputErrorProblem::substeps_needed(Point p, double chi_square) const {
   constexpr double kShare = 0.25;
   constexpr int kMost = 16;
   OutputErrorOptions options = options_;
-  options.substeps = 2;
+  options.solver.substeps = 2;
   double squares = 0, values = 0;
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     const OutputErrorRecord& record = p.records[r];
@@ -144,7 +144,7 @@ int OutputErrorProblem::substeps_needed(Point p, double chi_square) const {
     refresh(p, r, measured_[r], options, known_force(r), s);
     const MainMotion twice =
         main_mode(model_of(p, record), record.eps, s.forcing, forces(p, r, s),
-                  {measured_[r].dt, options.substeps, measured_[r].derivative()}, record.z0, record.dz0);
+                  {measured_[r].dt, options.solver.substeps, measured_[r].derivative()}, record.z0, record.dz0);
     values += measured_[r].readings();
     squares += (single - twice.read(measured_[r].derivative())).squaredNorm() / (0.5 * measured_[r].noise_variance());
   }

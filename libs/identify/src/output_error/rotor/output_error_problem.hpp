@@ -51,7 +51,7 @@ class OutputErrorProblem {
   /// No parameter moves by more than the share `tolerance` of its standard deviation.
   bool small(const SquareSum& sum, const Eigen::VectorXd& step, double decrease) const {
     const double n = static_cast<double>(step.size()), variance = std::max(1.0, sum.cost / (values() - n));
-    return decrease < options_.tolerance * options_.tolerance * variance * n;
+    return decrease < options_.solver.tolerance * options_.solver.tolerance * variance * n;
   }
 
   /// Runge-Kutta steps per sample, at most 16, whose error moves no parameter by more than a quarter of its standard

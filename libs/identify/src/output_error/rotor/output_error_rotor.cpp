@@ -17,13 +17,13 @@ using detail::Complex;
 void check(const std::vector<RotorRecord>& records, const OutputErrorOptions& options,
            const std::vector<Complex>& start_eps) {
   if (records.empty()) throw Error("records: at least one is needed");
-  require_range("profile_degree", options.profile_degree, 0, 6);
-  require_range("runout_harmonics", options.runout_harmonics, 0, 10);
+  require_range("profile_degree", options.clock.profile_degree, 0, 6);
+  require_range("runout_harmonics", options.probes.runout_harmonics, 0, 10);
   require_range("terms", static_cast<double>(options.terms.size()), 0, 10);
-  require_range("substeps", options.substeps, 0, 16);
-  require_range("max_iterations", options.max_iterations, 1, 1000);
-  require_range("tolerance", options.tolerance, 1e-9, 10);
-  for (const auto* changes : {&options.record_k1, &options.record_c}) {
+  require_range("substeps", options.solver.substeps, 0, 16);
+  require_range("max_iterations", options.solver.max_iterations, 1, 1000);
+  require_range("tolerance", options.solver.tolerance, 1e-9, 10);
+  for (const auto* changes : {&options.changes.k1, &options.changes.c}) {
     if (!changes->empty() && changes->size() != records.size())
       throw Error::in_field("record_k1, record_c", fmt::format("{} values", changes->size()),
                             "empty or one per record");
@@ -37,26 +37,26 @@ detail::Point start_point(const std::vector<double>& times, const RotorModel& st
                           const std::vector<Complex>& start_eps, double start_delay) {
   detail::Point point;
   point.model = start;
-  point.decays = options.decays;
+  point.decays = options.modes.decays;
   point.delay = start_delay;
-  point.clock_drift = options.start_drift;
+  point.clock_drift = options.clock.start_drift;
   point.terms = options.terms;
-  point.sensor = options.sensor;
+  point.sensor = options.probes.start;
   for (std::size_t r = 0; r < times.size(); ++r) {
     OutputErrorRecord o;
     o.t0 = times[r];
     o.eps = start_eps.empty() ? start.eps : start_eps[r];
     o.offset = start.offset;
-    if (!options.record_k1.empty()) o.k1_change = options.record_k1[r];
-    if (!options.record_c.empty()) o.c_change = options.record_c[r];
+    if (!options.changes.k1.empty()) o.k1_change = options.changes.k1[r];
+    if (!options.changes.c.empty()) o.c_change = options.changes.c[r];
     for (const ForcedMode& m : start.modes) {
       // Participations belong to start.eps; with another unbalance they scale with it.
       o.participation.push_back(start.eps == 0.0 ? m.participation : m.participation * (o.eps / start.eps));
     }
-    o.decay.assign(2 * options.decays.size(), 0);
-    o.runout.assign(2 * static_cast<std::size_t>(options.runout_harmonics), 0);
+    o.decay.assign(2 * options.modes.decays.size(), 0);
+    o.runout.assign(2 * static_cast<std::size_t>(options.probes.runout_harmonics), 0);
     point.records.push_back(std::move(o));
-    point.profile.emplace_back(Eigen::VectorXd::Zero(options.profile_degree));
+    point.profile.emplace_back(Eigen::VectorXd::Zero(options.clock.profile_degree));
   }
   return point;
 }
@@ -101,7 +101,7 @@ OutputErrorFit detail::fit_with_forces(const std::vector<RotorRecord>& records, 
   fit.model = start;
   for (const RotorRecord& r : records) {
     if (r.summary.status == Status::unusable) {
-      fit.summary.fail(fmt::format("{}: {}", r.source, r.summary.warnings.back()));
+      fit.summary.fail(fmt::format("{}: {}", r.source, r.summary.reason));
       return fit;
     }
   }
@@ -110,15 +110,16 @@ OutputErrorFit detail::fit_with_forces(const std::vector<RotorRecord>& records, 
   for (const RotorRecord& r : records) times.push_back(r.t0);
   detail::Point point = start_point(times, start, options, start_eps, start_delay);
   OutputErrorOptions used = options;
-  used.substeps = std::max(1, options.substeps);
+  used.solver.substeps = std::max(1, options.solver.substeps);
   std::optional<detail::OutputErrorProblem> problem;
   problem.emplace(records, used, start.modes.size(), forces);
   problem->start_state(point);
-  detail::OutputError found = detail::fit_output_error(*problem, point, options.max_iterations);
-  if (options.substeps == 0 && !found.diverged) used.substeps = problem->substeps_needed(point, found.variance());
-  if (used.substeps > 1 && options.substeps == 0) {
+  detail::OutputError found = detail::fit_output_error(*problem, point, options.solver.max_iterations);
+  if (options.solver.substeps == 0 && !found.diverged)
+    used.solver.substeps = problem->substeps_needed(point, found.variance());
+  if (used.solver.substeps > 1 && options.solver.substeps == 0) {
     problem.emplace(records, used, start.modes.size(), forces);
-    found = detail::fit_output_error(*problem, point, options.max_iterations);
+    found = detail::fit_output_error(*problem, point, options.solver.max_iterations);
   }
   if (found.diverged) {
     fit.summary.fail("the simulation of the starting model diverges");
@@ -143,7 +144,7 @@ OutputErrorFit detail::fit_with_forces(const std::vector<RotorRecord>& records, 
   }
   fit.covariance = std::move(inverse.covariance);
   take_over(problem->parameters(), std::move(point), fit);
-  fit.substeps = used.substeps;
+  fit.substeps = used.solver.substeps;
   return fit;
 }
 

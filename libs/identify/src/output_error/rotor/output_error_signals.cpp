@@ -162,18 +162,18 @@ void refresh(Point& p, std::size_t r, const RotorRecord& measured, const OutputE
   OutputErrorRecord& record = p.records[r];
   const int substeps = steps_of(options);
   const bool first = s.forcing.size() == 0;
-  const bool turning = options.profile_degree > 0 || options.delay || options.clock_drift;
+  const bool turning = options.clock.profile_degree > 0 || options.clock.delay || options.clock.drift;
   if (first || turning) {
     correct_angle(measured, p.profile[r], p.delay, p.clock_drift, record.angle);
     s.angle = substeps == 1 ? record.angle : rotor::refine(record.angle, substeps);
     s.turns = turns_of(s.angle, options.terms);
-    s.forcing =
-        forcing_of(s.angle, s.turns.once, options.profile_degree, options.delay, options.clock_drift, s.profile);
+    s.forcing = forcing_of(s.angle, s.turns.once, options.clock.profile_degree, options.clock.delay,
+                           options.clock.drift, s.profile);
     if (known != nullptr) s.known = refined_force(*known, record.angle, s.angle, substeps);
-    refresh_runout(record, options.runout_harmonics, s);
+    refresh_runout(record, options.probes.runout_harmonics, s);
   }
-  if (first || turning || options.poles) {
-    refresh_modes(p, r, measured, substeps, options.poles, s);
+  if (first || turning || options.modes.poles) {
+    refresh_modes(p, r, measured, substeps, options.modes.poles, s);
     refresh_decays(p, r, measured, s);
   }
 }

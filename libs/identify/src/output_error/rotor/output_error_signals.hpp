@@ -25,6 +25,6 @@ void refresh(Point& point, std::size_t r, const RotorRecord& measured, const Out
              const Eigen::VectorXcd* known, Signals& signals);
 
 /// Runge-Kutta steps per sample that the options ask for; 1 where they leave it open.
-inline int steps_of(const OutputErrorOptions& options) { return std::max(1, options.substeps); }
+inline int steps_of(const OutputErrorOptions& options) { return std::max(1, options.solver.substeps); }
 
 }  // namespace whirl::identification::detail

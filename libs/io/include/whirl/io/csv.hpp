@@ -115,6 +115,8 @@ struct Table {
   /// The named column; throws Error listing those present when it is absent.
   const Channel& at(std::string_view name) const;
   const Eigen::VectorXd& operator[](std::string_view name) const { return at(name).samples; }
+  /// The named column, which must be of this quantity; throws Error that says what it is and what is allowed.
+  const Eigen::VectorXd& in(std::string_view name, Quantity quantity) const;
 };
 Table read_table(const std::filesystem::path& path, const CsvOptions& options = {});
 Table parse_table(std::string_view bytes, std::string_view name, const CsvOptions& options = {});

@@ -47,6 +47,9 @@ std::string allowed_units(Quantity quantity);
 /// Why `name` has no usable unit, with the nearest spelling or the allowed list: "column 'x_Mm': ...".
 std::string unit_problem(std::string_view name);
 
+/// Why a column of one quantity is none of another: "column 'force' is a mass, must be a force; allowed units: ...".
+std::string quantity_problem(std::string_view column, Quantity is, Quantity wanted);
+
 /// The candidate with the smallest edit distance to `word`; empty when none is near. For "did you mean".
 std::string nearest(std::string_view word, std::span<const std::string> candidates);
 

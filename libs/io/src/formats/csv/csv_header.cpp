@@ -71,7 +71,8 @@ std::string in_utf8(std::string_view raw) {
   return ascii ? std::string(raw) : text_of(raw);
 }
 
-Heading parse_heading(std::string_view raw) {
+namespace {
+Heading heading_of(std::string_view raw) {
   const std::string utf8 = in_utf8(raw);
   const std::string_view text = utf8;
   Heading h{std::string(text), plain_name(text)};
@@ -88,6 +89,15 @@ Heading parse_heading(std::string_view raw) {
       return {h.text, plain_name(text.substr(0, last)), unit};
   }
   if (text.ends_with("_re") || text.ends_with("_im")) h.unit = &si_suffix(Quantity::dimensionless);
+  return h;
+}
+}  // namespace
+
+Heading parse_heading(std::string_view raw) {
+  Heading h = heading_of(raw);
+  if (h.unit == nullptr || small_letters(h.name) != "speed") return h;
+  // Of a rotor, also where it counts turns a second.
+  if (const UnitSuffix* turning = find_unit(h.unit->suffix, Quantity::angular_velocity)) h.unit = turning;
   return h;
 }
 
@@ -116,20 +126,13 @@ bool take_units(std::vector<Heading>& headings, const std::vector<std::string>& 
 
 namespace {
 
-std::string small_letters(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return out;
-}
-
 /// whirl's name for what a heading may mean.
 std::string guessed_name(const Heading& h) {
   std::string name = small_letters(h.name);
   constexpr std::pair<std::string_view, std::string_view> kWords[] = {
       {"zeit", "t"},          {"time", "t"},      {"winkel", "beta"}, {"angle", "beta"},         {"drehzahl", "speed"},
       {"drehwinkel", "beta"}, {"kraft", "force"}, {"weg", "x"},       {"beschleunigung", "acc"}, {"timestamp", "t"},
-      {"rpm", "speed"},       {"phasor", "key"},  {"trigger", "key"}};
+      {"rpm", "speed"},       {"phasor", "key"},  {"trigger", "key"}, {"tach", "tacho"}};
   for (const auto& [word, known] : kWords)
     if (name == word) return std::string(known);
   std::erase_if(name, [](char c) { return !((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'); });
@@ -139,25 +142,48 @@ std::string guessed_name(const Heading& h) {
 }  // namespace
 
 void use_known_names(std::vector<Heading>& headings, const std::vector<std::string>& required) {
-  std::vector<std::string> known{"t", "time"};
+  std::vector<std::string> known;
   for (const std::string& wanted : required) known.emplace_back(split_unit(wanted).name);
+  const auto asked = [&](const std::string& name) {
+    return std::find(known.begin(), known.end(), name) != known.end();
+  };
   for (Heading& h : headings) {
-    const std::string name = small_letters(h.name);
-    if (name == h.name || std::find(known.begin(), known.end(), name) == known.end()) continue;
+    std::string name = small_letters(h.name);
+    if (!asked(name)) name = channel_role(h.name);
+    if (name == h.name || asked(h.name)) continue;
     const auto same = [&](const Heading& other) { return &other != &h && small_letters(other.name) == name; };
     if (std::none_of(headings.begin(), headings.end(), same)) h.name = name;
   }
 }
 
-std::string proposed_columns(const std::vector<Heading>& headings, bool numbers) {
+namespace {
+
+/// A name that is wanted for this quantity, where none of the headings has it; else `name`.
+std::string wanted_name(const std::string& name, std::string_view unit, const std::vector<Heading>& headings,
+                        const std::vector<std::string>& required) {
+  const UnitSuffix* stated = find_unit(unit);
+  for (const std::string& text : required) {
+    const NameWithUnit wanted = split_unit(text);
+    if (wanted.unit == nullptr || stated == nullptr || wanted.unit->quantity != stated->quantity) continue;
+    if (std::ranges::none_of(headings, [&](const Heading& h) { return guessed_name(h) == wanted.name; }))
+      return wanted.name;
+  }
+  return name;
+}
+
+}  // namespace
+
+std::string proposed_columns(const std::vector<Heading>& headings, bool numbers,
+                             const std::vector<std::string>& required) {
   std::string out;
   std::vector<std::string> taken;
   for (std::size_t i = 0; i < headings.size() && i < 12; ++i) {
     const Heading& h = headings[i];
     std::string name = guessed_name(h);
+    const std::string_view unit = h.unit != nullptr ? h.unit->suffix : usual_unit(name);
+    name = wanted_name(name, unit, headings, required);
     while (std::find(taken.begin(), taken.end(), name) != taken.end()) name += "b";
     taken.push_back(name);
-    const std::string_view unit = h.unit != nullptr ? h.unit->suffix : usual_unit(name);
     std::string spec = fmt::format("{}:{}_{}", numbers ? std::to_string(i + 1) : shown(h.text), name, unit);
     if (spec.find_first_of(" ()[]*;&'$") != std::string::npos) spec = '"' + spec + '"';
     out += (out.empty() ? "" : " ") + spec;
@@ -171,6 +197,12 @@ namespace {
 /// number at the end of a name ("ch_1") is no unit.
 void require_unit_of_header(const std::string& spec, const Heading& h, const UnitSuffix& wanted) {
   if (h.unit == nullptr || h.unit == &wanted || h.unit->quantity == Quantity::dimensionless) return;
+  if (h.unit->quantity != wanted.quantity)
+    throw Error::in_field(
+        "--columns", spec,
+        fmt::format("{0}*FACTOR: the header says {1}, so FACTOR is the calibration in {2} per {1} (8 {1} per {2}: "
+                    "0.125)",
+                    spec, h.unit->suffix, wanted.suffix));
   throw Error::in_field(
       "--columns", spec,
       fmt::format("the unit of the header, which says {}. To read values in {} after a calibration or a wrong header, "

@@ -30,7 +30,8 @@ bool take_units(std::vector<Heading>& headings, const std::vector<std::string>& 
 void use_known_names(std::vector<Heading>& headings, const std::vector<std::string>& required);
 
 /// The complete `--columns` of a table: names and units as far as they can be guessed. `numbers`: columns by number.
-std::string proposed_columns(const std::vector<Heading>& headings, bool numbers);
+std::string proposed_columns(const std::vector<Heading>& headings, bool numbers,
+                             const std::vector<std::string>& required);
 
 /// A column chosen by `CsvOptions::columns`: which heading, and how it is called.
 struct ColumnChoice {

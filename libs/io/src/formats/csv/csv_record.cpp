@@ -223,4 +223,10 @@ const Channel& Table::at(std::string_view name) const {
   throw MissingColumn(std::string(name), fmt::format("{}: no column '{}'; present: {}", source, name, present));
 }
 
+const Eigen::VectorXd& Table::in(std::string_view name, Quantity quantity) const {
+  const Channel& column = at(name);
+  if (column.quantity == quantity) return column.samples;
+  throw Error::in_file(source, first_line - 1, quantity_problem(name, column.quantity, quantity));
+}
+
 }  // namespace whirl::io

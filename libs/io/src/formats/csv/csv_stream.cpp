@@ -11,9 +11,11 @@
 #include "formats/csv/csv_lines.hpp"
 #include "formats/csv/csv_stamp.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/remarks.hpp"
+#include "whirl/io/signals.hpp"
 
 namespace whirl::io {
 namespace {
@@ -173,8 +175,7 @@ struct CsvStream::State : detail::CsvLines {
       const std::string_view ahead = untaken();
       const std::size_t newline = ahead.find('\n');
       if (newline == std::string_view::npos) return;
-      std::string_view text = ahead.substr(0, newline);
-      if (text.ends_with('\r')) text.remove_suffix(1);
+      const std::string_view text = trim_of(ahead.substr(0, newline), "\r");
       if (!trim_of(text).empty()) {
         if (units) return;
         units = placed(line + 1, [&] { return detail::take_units(header, fields_of(text)); });
@@ -187,8 +188,7 @@ struct CsvStream::State : detail::CsvLines {
 
   void find_stamps() {
     const std::string_view ahead = untaken();
-    std::string_view text = ahead.substr(0, ahead.find('\n'));
-    if (text.ends_with('\r')) text.remove_suffix(1);
+    const std::string_view text = trim_of(ahead.substr(0, ahead.find('\n')), "\r");
     const bool numbered = std::any_of(header.begin(), header.end(), [](const detail::Heading& h) {
       return h.unit != nullptr && h.unit->quantity == Quantity::time && names_time(h);
     });
@@ -208,20 +208,19 @@ struct CsvStream::State : detail::CsvLines {
     }
     if (columns.empty()) fail("no columns");
     for (std::size_t i = 0; time < 0 && !options.rate && i < header.size(); ++i) {  // the time need not be named
-      if (target[i] < 0 && header[i].unit && header[i].unit->quantity == Quantity::time && names_time(header[i]))
-        add_column({i, header[i].name, header[i].unit}, header[i].text);
+      const detail::Heading& h = header[i];  // an instrument calls it as it likes, but writes it first
+      if (target[i] < 0 && h.unit && h.unit->quantity == Quantity::time && (names_time(h) || (i == 0 && h.foreign)))
+        add_column({i, h.name, h.unit}, h.text);
     }
     for (const std::string& wanted : options.required) require_column(split_unit(wanted));
-    // An instrument calls the time as it likes, but writes it first.
     if (time < 0 && !options.rate && target[0] >= 0 && header[0].foreign &&
         columns[static_cast<std::size_t>(target[0])].unit->quantity == Quantity::time)
       time = target[0];
   }
 
   static bool names_time(const detail::Heading& h) {
-    std::string name = h.name;
-    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-    return h.name == "t" || h.name == "time" || (h.foreign && name == "time");
+    const std::string name = channel_role(h.name);
+    return name == "t" || name == "time";
   }
 
   void require_column(const NameWithUnit& wanted) const {
@@ -230,9 +229,7 @@ struct CsvStream::State : detail::CsvLines {
       present += (present.empty() ? "" : ", ") + shown(c.name);
       if (c.name != wanted.name) continue;
       if (!wanted.unit || wanted.unit->quantity == c.unit->quantity) return;
-      fail(fmt::format("column '{}' is a {}, must be a {}; allowed units: {}", shown(c.header),
-                       to_string(c.unit->quantity), to_string(wanted.unit->quantity),
-                       allowed_units(wanted.unit->quantity)));
+      fail(quantity_problem(shown(c.header), c.unit->quantity, wanted.unit->quantity));
     }
     const std::string message = fmt::format("no column '{}' (with its unit, e.g. '{}_{}'); present: {}", wanted.name,
                                             wanted.name, wanted.unit ? wanted.unit->suffix : "mm", present);
@@ -248,13 +245,13 @@ struct CsvStream::State : detail::CsvLines {
         fail(fmt::format("line {} looks like the header: --header-line {} (column '{}' of this line has no unit)", *at,
                          *at, shown(written)));
       fail(problem.substr(0, problem.rfind("; allowed units")) + ", or name the columns: --columns " +
-           detail::proposed_columns(header, false) +
+           detail::proposed_columns(header, false, options.required) +
            (written.find('_', 1) != std::string::npos ? problem.substr(problem.rfind("; allowed units")) : ""));
     }
     for (const CsvColumn& other : columns) {
       if (other.name == choice.name)
         fail(fmt::format("two columns are called '{}'; name those you need by their numbers: --columns {}",
-                         shown(choice.name), detail::proposed_columns(header, true)));
+                         shown(choice.name), detail::proposed_columns(header, true, options.required)));
     }
     const int at = static_cast<int>(columns.size());
     target[choice.heading] = at;
@@ -268,19 +265,24 @@ struct CsvStream::State : detail::CsvLines {
   /// The line among the next that looks like the header.
   std::optional<long> header_line() const {
     std::string_view ahead = untaken();
+    std::optional<long> names;  // the last line with text: a line of units may follow it
     for (long at = line + 1; at <= line + 100 && !ahead.empty(); ++at) {
       const std::size_t newline = ahead.find('\n');
-      std::string_view text = ahead.substr(0, newline);
+      const std::string_view text = trim_of(ahead.substr(0, newline), " \r");
       ahead.remove_prefix(newline == std::string_view::npos ? ahead.size() : newline + 1);
-      if (text.ends_with('\r')) text.remove_suffix(1);
       for (const char delimiter : {';', '\t', ','}) {
         const std::vector<std::string_view> fields = split(text, delimiter);
-        const auto known = std::count_if(fields.begin(), fields.end(), [](std::string_view f) {
-          return detail::parse_heading(unquote(f)).unit != nullptr;
-        });
-        if (known < 2 || known + 1 < static_cast<long>(fields.size())) continue;
-        return at;
+        long known = 0, bare = 0;
+        for (const std::string_view f : fields) {
+          const detail::Heading h = detail::parse_heading(unquote(f));
+          known += h.unit != nullptr && !h.name.empty();
+          bare += !is_number(unquote(f)) && (h.name.empty() ? h.unit : unit_from_label(unquote(f))) != nullptr;
+        }
+        const long least = std::max(2L, static_cast<long>(fields.size()) - 1);
+        if (known >= least) return at;
+        if (bare >= least && names) return names;
       }
+      if (!text.empty()) names = at;
     }
     return std::nullopt;
   }

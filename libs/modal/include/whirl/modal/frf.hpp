@@ -7,25 +7,39 @@
 
 namespace whirl::modal {
 
-/// How hammer blows are cut, windowed and averaged. Times in s.
+/// Where a record of hammer blows is cut. Times in s.
+struct BlowCuts {
+  double trigger = 0.2;       ///< a blow starts where the force exceeds this fraction of the record's largest force
+  double pre_trigger = 0.02;  ///< kept before the trigger, for the DC; shortened when the record starts later
+  double separation = 0.5;    ///< a pulse sooner than this after a blow's trigger is a rebound, not the next blow
+  double duration = 0;        ///< of one blow, from its first kept sample; 0 = up to the next blow or the end
+};
+
+struct BlowWindows {
+  bool force = true;    ///< 1 until the pulse has ended, then a cosine taper to 0
+  double taper = 1e-3;  ///< its length, s
+  double end = 1;       ///< value of the exponential window at the end of the blow, in (0, 1]; 1 = none
+};
+
+/// Blows that do not enter the average.
+struct BlowExclusions {
+  bool overloads = true;        ///< overloaded and damaged ones
+  bool double_hits = false;     ///< those with a second hit
+  bool odd = true;              ///< those that certainly disagree with most others (sign, gain, delay)
+  std::vector<int> blows = {};  ///< counted from 1 over all recordings
+};
+
+/// How hammer blows are cut, windowed and averaged.
 struct FrfOptions {
   FrfEstimator estimator = FrfEstimator::h1;
-  double noise_ratio = 1;         ///< Hv only: response noise power / force noise power, in SI (k of the definition)
-  std::string force = {};         ///< name of the force channel; empty = the only channel of quantity force
-  std::string reference = {};     ///< name of the point and direction hit; empty = name of the force channel
-  double trigger = 0.2;           ///< a blow starts where the force exceeds this fraction of the record's largest force
-  double pre_trigger = 0.02;      ///< kept before the trigger, for the DC; shortened when the record starts later
-  double separation = 0.5;        ///< a pulse sooner than this after a blow's trigger is a rebound, not the next blow
-  double duration = 0;            ///< of one blow, from its first kept sample; 0 = up to the next blow or the end
-  bool window_force = true;       ///< force window: 1 until the pulse has ended, then a cosine taper to 0
-  double force_taper = 1e-3;      ///< length of the taper
-  double window_end = 1;          ///< value of the exponential window at the end of the blow, in (0, 1]; 1 = none
-  double converter_range = 0;     ///< largest |value| of the force channel's converter, N; 0 = unknown
-  bool drop_overloads = true;     ///< leave overloaded and damaged blows out of the average
-  bool repair = false;            ///< bridge single samples that look like spikes; else they are only reported
-  bool drop_double_hits = false;  ///< leave impacts with a second hit out of the average
-  bool drop_odd = true;           ///< leave out blows that certainly disagree with most others (sign, gain, delay)
-  std::vector<int> exclude = {};  ///< impacts to leave out, counted from 1 over all recordings
+  double noise_ratio = 1;      ///< Hv only: response noise power / force noise power, in SI (k of the definition)
+  std::string force = {};      ///< name of the force channel; empty = the only channel of quantity force
+  std::string reference = {};  ///< name of the point and direction hit; empty = name of the force channel
+  BlowCuts cut = {};
+  BlowWindows window = {};
+  double converter_range = 0;  ///< largest |value| of the force channel's converter, N; 0 = unknown
+  bool repair = false;         ///< bridge single samples that look like spikes; else they are only reported
+  BlowExclusions exclude = {};
   double band_drop_db = 20;  ///< the band ends where the force spectrum has dropped by this much; 0 = keep all lines
 };
 

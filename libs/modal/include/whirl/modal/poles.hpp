@@ -23,14 +23,18 @@ enum class PoleMethod {
   rfp,    ///< rational fraction of orthogonal polynomials; one denominator for all FRFs, best for one FRF and few modes
 };
 
+/// Numbers of poles per reference and band, low, low + step, ... up to high. 0: high 32, less for short bands; low a
+/// third of high; step for about 10 orders in all.
+struct Orders {
+  int low = 0, high = 0, step = 0;
+};
+
 struct PoleOptions {
   PoleMethod method = PoleMethod::plscf;
   double band_low = 0;   ///< Hz; 0 = first line above 0 Hz
   double band_high = 0;  ///< Hz; 0 = last line
-  int min_order = 0;     ///< poles per reference and band of the first order; 0 = a third of max_order
-  int max_order = 0;     ///< 0 = 32, less for short bands
-  int order_step = 0;    ///< 0 = about 10 orders in all
-  int bands = 0;         ///< equal bands solved apart (with overlapping lines); 0 = one per 2000 lines
+  Orders orders;
+  int bands = 0;  ///< equal bands solved apart (with overlapping lines); 0 = one per 2000 lines
   LineWeighting weighting = LineWeighting::automatic;
   double max_damping = 0.10;            ///< larger damping is not taken for a pole
   double frequency_tolerance = 0.0025;  ///< relative change between orders of a stable pole; 0.25 % by default

@@ -67,6 +67,9 @@ struct SteadyResponse {
 /// coordinate that the model does not have.
 SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions options);
 
+/// The question whether speeds (rad/s) are in Hz, where they lie far below the critical one; else nothing.
+std::string doubt_of_hertz(const std::string& what, double low, double high, double critical);
+
 /// Amplitude and phase over speed with stability, folds, backbone and band.
 report::Figure steady_figure(const SteadyResponse& found);
 /// The peaks over the size of the forcing.

@@ -19,6 +19,27 @@ enum class Selection {
   cv_1se,     ///< sparsest model within one standard error of that
 };
 
+struct LassoOptions {
+  double lambda = -1;  ///< lasso and sqrt_lasso weight as a share of the smallest that empties the model; < 0: selected
+  int path_points = 100;  ///< weights on the path
+  double path_floor = 0;  ///< smallest weight as a share of the largest; 0: 1e-6 and then 0 (lasso), 1e-4 (lasso_cd)
+  bool debias = false;    ///< least squares on the support found
+};
+
+struct EnsembleOptions {
+  int resamples = 100;         ///< block bootstraps, >= 1
+  double inclusion = 0.6;      ///< terms kept in at least this share of the resamples stay
+  int drop_terms = 0;          ///< library bagging, terms left out of each resample at random
+  std::string base = "stlsq";  ///< method of each resample
+  std::uint64_t seed = 1;
+};
+
+/// What is known of single terms beforehand.
+struct TermRules {
+  std::vector<int> keep = {};  ///< indices never penalised nor dropped, e.g. the constant (an offset of the sensor)
+  std::vector<int> sign = {};  ///< per term: +1 means >= 0, -1 means <= 0, 0 free; empty: all free
+};
+
 /// Settings of `solve`. Thresholds are shares: |xi_j| rms(column j) / rms(y), so that neither the unit of a column nor
 /// the number of rows matters.
 struct SolveOptions {
@@ -26,22 +47,14 @@ struct SolveOptions {
   Selection selection = Selection::automatic;
   double threshold = 0.02;  ///< share below which a term is dropped (stlsq, sr3, ensemble), [0, 1)
   double ridge = 0;         ///< ridge on columns and target scaled to rms 1 (ols, ridge, stlsq), >= 0
-  double lambda = -1;  ///< lasso and sqrt_lasso weight as a share of the smallest that empties the model; < 0: selected
-  int path_points = 100;   ///< weights on the lasso path
-  double path_floor = 0;   ///< smallest weight as a share of the largest; 0: 1e-6 and then 0 (lasso), 1e-4 (lasso_cd)
-  int folds = 5;           ///< each of every folds-th contiguous time block, >= 2
-  int max_terms = 0;       ///< largest model of frols, best_subset; 0: all
-  double t_value = 4;      ///< backward: terms with a smaller |t| go
-  double sr3_nu = 1;       ///< sr3: relaxation on scaled columns, > 0
-  int resamples = 100;     ///< ensemble: block bootstraps, >= 1
-  double inclusion = 0.6;  ///< ensemble: terms kept in at least this share of the resamples stay
-  int drop_terms = 0;      ///< ensemble: library bagging, terms left out of each resample at random
-  std::string base = "stlsq";  ///< ensemble: method of each resample
-  std::uint64_t seed = 1;      ///< ensemble
-  double noise_floor = 0;      ///< bic, aic: rows carry an error of this share of rms(y) that no term can explain
-  bool debias = false;         ///< lasso: least squares on the support found
-  std::vector<int> keep = {};  ///< indices never penalised nor dropped, e.g. the constant (an offset of the sensor)
-  std::vector<int> sign = {};  ///< per term: +1 means >= 0, -1 means <= 0, 0 free; empty: all free
+  LassoOptions lasso = {};
+  int folds = 5;       ///< each of every folds-th contiguous time block, >= 2
+  int max_terms = 0;   ///< largest model of frols, best_subset; 0: all
+  double t_value = 4;  ///< backward: terms with a smaller |t| go
+  double sr3_nu = 1;   ///< sr3: relaxation on scaled columns, > 0
+  EnsembleOptions ensemble = {};
+  double noise_floor = 0;  ///< bic, aic: rows carry an error of this share of rms(y) that no term can explain
+  TermRules rules = {};
 };
 
 /// One model of a path.

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <optional>
 
 #include "whirl/core/recording.hpp"
@@ -36,21 +37,25 @@ struct StiffnessTable {
 };
 StiffnessTable simulate_stiffness_test(const RigParameters& parameters, const StiffnessTestOptions& options = {});
 
+/// A measuring chain up to its converter.
+struct MeasuringChain {
+  double volt_per_unit = 0;  ///< V/N or V s^2/m
+  double range = 0;          ///< N or m/s^2
+};
+
 /// Instrumented hammer and accelerometers of paper section IV-B on the rotor at rest.
 struct HammerTestOptions {
   int blows = 5;
-  double rate = 2048;                                  ///< Hz
-  double duration = 8;                                 ///< of one record, s
-  double pretrigger = 0.05;                            ///< s before the blow
-  double force_min = 40, force_max = 150;              ///< peak force of the blows, uniform, N
-  double pulse_min = 2.5e-3, pulse_max = 3.5e-3;       ///< length of the half sine, s
-  double hammer_range = 222.4;                         ///< 50 lbf, N
-  double hammer_volt_per_newton = 0.1 / 4.4482216;     ///< 100 mV/lbf
-  double accelerometer_volt_per_ms2 = 0.05 / 9.80665;  ///< 50 mV/g
-  double accelerometer_range = 100 * 9.80665;          ///< m/s^2
-  int bits = 24;                                       ///< converter over +- 10 V; 0 = none
-  double converter_noise = 0.1e-3;                     ///< V rms
-  double direction = 0;                                ///< of the blow, rad from x
+  double rate = 2048;                              ///< Hz
+  double duration = 8;                             ///< of one record, s
+  double pretrigger = 0.05;                        ///< s before the blow
+  std::array<double, 2> force = {40, 150};         ///< peak force of the blows, uniform between, N
+  std::array<double, 2> pulse = {2.5e-3, 3.5e-3};  ///< length of the half sine, uniform between, s
+  MeasuringChain hammer = {.volt_per_unit = 0.1 / 4.4482216, .range = 222.4};                ///< 100 mV/lbf, 50 lbf
+  MeasuringChain accelerometer = {.volt_per_unit = 0.05 / 9.80665, .range = 100 * 9.80665};  ///< 50 mV/g, 100 g
+  int bits = 24;                    ///< converter over +- 10 V; 0 = none
+  double converter_noise = 0.1e-3;  ///< V rms
+  double direction = 0;             ///< of the blow, rad from x
   std::uint64_t seed = 1;
 };
 /// One Recording per blow: force (N), acc_x, acc_y (m/s^2).

@@ -34,8 +34,8 @@ class BatchRig {
 
   explicit BatchRig(std::shared_ptr<const RigTables> tables, std::uint64_t seed = 1);
   /// One rig and one noise seed per lane. The rigs may differ in the rotor (not its mass) and its further forces, in
-  /// gain error and axes of the actuators, in runout and in sign, participation and deflection at the start of the
-  /// structural modes; all else is the first one's, and the tables must share their angle part (make_rig_tables,
+  /// gain error and axes of the actuators, in runout and in sign, participation, frequency and deflection at the start
+  /// of the structural modes; all else is the first one's, and the tables must share their angle part (make_rig_tables,
   /// `like`). Throws Error when they do not.
   BatchRig(const std::array<std::shared_ptr<const RigTables>, Lanes>& tables,
            const std::array<std::uint64_t, Lanes>& seeds);
@@ -54,6 +54,8 @@ class BatchRig {
   /// True displacement of the disk centre, m: for the objective, not for the law.
   const Lane& true_x() const noexcept;
   const Lane& true_y() const noexcept;
+  /// Force on the x axis after converter, limit, slew and hysteresis, before lag and gain error, N.
+  const Lane& commanded_x() const noexcept;
   void restart(std::uint64_t seed);  ///< lane i of different rigs takes seed + i; lanes of one rig share the noise
 
  private:

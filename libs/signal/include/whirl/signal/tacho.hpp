@@ -31,6 +31,9 @@ const Channel* pulse_channel(const Recording& record);
 /// The channel of a measured speed, rpm or rad/s: speed, rpm or omega; null where there is none.
 const Channel* speed_channel(const Recording& record);
 
+/// Whether the samples rest at two levels: fewer than one in five lies between, where a sine has two in five.
+bool has_two_levels(const Eigen::Ref<const Eigen::VectorXd>& signal);
+
 /// Angle of a record from channel `name` (empty: found by its name): pulses, or a speed, which is integrated and has no
 /// phase. `said`: how it was found and what was assumed. Even pulses, which do not tell their number a turn, are
 /// compared with the vibration of the record: where the largest line is a whole fraction of their rate, or they come

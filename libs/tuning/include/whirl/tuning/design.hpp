@@ -34,6 +34,7 @@ struct Hardware {
   std::vector<rig::RigMode> modes;
   /// Amplitude of the first harmonic by which an identified runout may be wrong, 95 %, m (with_forces).
   double runout_error = 0;
+  std::optional<control::Runout> slow_roll;  ///< to remove; without it the runout identified with the rotor, if any
   /// Forces of the rotor beyond RotorModel, per unit mass: what `whirl identify` found (with_forces).
   rotor::FurtherForces<double> forces;
 
@@ -84,25 +85,33 @@ struct OwnLaw {
   double sample_time = 0;  ///< s
 };
 
+/// Told how far a design is. May be empty.
+struct DesignWatch {
+  std::function<void(const DesignProgress&)> tuning;
+  std::function<void(double)> training;  ///< of laws with weights: fraction that is done
+};
+
+/// What some laws take beside their parameters.
+struct LawInputs {
+  std::optional<OwnLaw> own;  ///< of law `state_space`: only the estimator is tuned then
+  /// Laws with weights: closed-loop runs on random machines that their training may take, before the search; 0: 48 for
+  /// each evaluation.
+  long training_runs = 0;
+};
+
 struct DesignOptions {
   std::string law = "tsmc";       ///< whirl::laws()
   std::string estimator = "kfe";  ///< whirl::estimators()
   bool feedforward = true;
   Hardware hardware;
-  double gain = 0;                      ///< acceleration per newton, 1/kg; 0: the model's
-  std::optional<OwnLaw> own;            ///< of law `state_space`: only the estimator is tuned then
+  double gain = 0;  ///< acceleration per newton, 1/kg; 0: the model's
+  LawInputs inputs;
   std::map<std::string, double> fixed;  ///< parameters given by hand: not tuned
-  std::optional<control::Runout>
-      runout;              ///< slow-roll table to remove; without one, the runout identified with the rotor, if any
-  int evaluations = 160;   ///< of the objective, the same for every law: two thirds CRS2, the rest SBPLX
-  std::uint64_t seed = 1;  ///< of the search and of the sensor noise while tuning
-  int threads = 0;         ///< scenarios in parallel; 0 = all cores. The result does not depend on it
-  double stiffness_uncertainty = 0.3;  ///< relative; the design is certified only when stable at -this
-  std::function<void(const DesignProgress&)> progress;
-  /// Laws with weights: closed-loop runs on random machines that their training may take, before the search; 0: 48 for
-  /// each of `evaluations`.
-  long training_runs = 0;
-  std::function<void(double)> training;  ///< fraction of the training that is done
+  int evaluations = 160;                ///< of the objective, the same for every law: two thirds CRS2, the rest SBPLX
+  std::uint64_t seed = 1;               ///< of the search and of the sensor noise while tuning
+  int threads = 0;                      ///< scenarios in parallel; 0 = all cores. The result does not depend on it
+  double stiffness_uncertainty = 0.3;   ///< relative; the design is certified only when stable at -this
+  DesignWatch progress;
 };
 
 /// Tunes the numbers of a law and its estimator on a plant built from the identified model and the data

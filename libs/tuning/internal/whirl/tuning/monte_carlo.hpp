@@ -22,7 +22,8 @@ struct MonteCarloOptions {
   double limit = 0;  ///< displacement not to be exceeded, peak, m; 0: none
   double covariance_scale = 1;  ///< factor on the identified standard deviations
   /// Relative standard deviations added to the identified ones: what a covariance of the noise alone does not hold. The
-  /// axes of the shaft differ in stiffness by a fifth of `stiffness_sd`.
+  /// axes of the shaft differ in stiffness by a fifth of `stiffness_sd`. Modes with a participation above 1 are of the
+  /// shaft and move with its stiffness.
   double stiffness_sd = 0.05, damping_sd = 0.2, unbalance_sd = 0.02;
   double gain_sd = 0.03;       ///< of the actuator gain, relative
   double rotation_sd = 0.02;   ///< of the actuator axes, rad

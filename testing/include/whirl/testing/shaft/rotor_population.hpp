@@ -15,6 +15,7 @@ struct PopulationOptions {
   double start_stiffness = 2, start_damping = 4;  ///< factors by which the file's coefficients are off at most
   double duration = 48;                           ///< of each run, s
   double noise_db = 30;
+  bool trial = true;  ///< a second run, with a trial mass
 };
 
 /// A machine, its drawing with starts for what is unknown, and its records: a run-up, and one with a trial mass.
@@ -104,8 +105,8 @@ inline RotorCase make_rotor_case(unsigned seed, const PopulationOptions& o) {
   rig.lowest = 20;
   rig.highest = c.top;
   const ShaftRigModel model(rig);
-  c.trials = {{"trial", r.discs[0].position, 1e-4, 0}};
-  for (unsigned k = 0; k < 2; ++k) {
+  if (o.trial) c.trials = {{"trial", r.discs[0].position, 1e-4, 0}};
+  for (unsigned k = 0; k < (o.trial ? 2u : 1u); ++k) {
     RigRun run;
     run.from = 20;
     run.to = c.top;
