@@ -60,7 +60,8 @@ TARGETS = {
                       ["libs/identify/test/evidence/rotor_verdict_rules_test.cpp"]),
     "verdict_system": ("libs/identify/src/evidence/sindy_verdict.cpp", None,
                        ["libs/identify/test/evidence/sindy_verdict_rules_test.cpp"]),
-    **{"finding_" + name: (f"libs/diagnosis/src/findings/{name}.cpp", None, ["libs/diagnosis/test/vibration_findings_test.cpp"])
+    **{"finding_" + name: (f"libs/diagnosis/src/findings/{name}.cpp", None,
+                           ["libs/diagnosis/test/finding_rules_test.cpp", "libs/diagnosis/test/vibration_findings_test.cpp"])
        for name in ("chances", "electric", "orders", "run_out", "sidebands", "subsynchronous")},
     "standards": ("libs/diagnosis/src/standards.cpp", None, ["libs/diagnosis/test/standards_test.cpp", "libs/diagnosis/test/zone_limits_test.cpp"]),
     "correction": ("libs/diagnosis/src/correction.cpp", None,
@@ -71,7 +72,8 @@ TARGETS = {
     "balancing_sign": ("libs/diagnosis/src/balancing.cpp", None,
                        ["libs/diagnosis/test/advice_intervals_test.cpp", "libs/diagnosis/test/balancing_test.cpp"]),
     "balancing_session": ("libs/balancing/src/session.cpp", None, ["libs/balancing/test/session_rules_test.cpp", "libs/balancing/test/session_test.cpp"]),
-    "certificate": ("libs/tuning/src/certificate/certificate_runs.cpp", None, ["libs/tuning/test/certificate_test.cpp"]),
+    "certificate": ("libs/tuning/src/certificate/certificate_runs.cpp", None,
+                    ["libs/tuning/test/certificate_rules_test.cpp", "libs/tuning/test/certificate_test.cpp"]),
     "tuning_verdict": ("libs/tuning/src/verdict.cpp", None, ["libs/tuning/test/verdict_rules_test.cpp"]),
     "modal_selection": ("libs/modal/src/poles/select_poles.cpp", None,
                         ["libs/modal/test/pole_selection_rules_test.cpp"]),

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <random>
 
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
@@ -87,6 +89,80 @@ TEST(CentrifugeReference, ADisturbanceThatDoesNotGrowIsRefused) {
   ASSERT_NE(c.summary.distrust(), nullptr) << c.misfit_deviations;
   EXPECT_EQ(c.summary.distrust()->code, FindingCode::model_error);
   EXPECT_EQ(c.summary.status, Status::unusable);
+}
+
+/// 8 g at 60 degrees.
+OrderRun short_run(bool noise) {
+  testing::CentrifugeRig rig = loading(8, 60);
+  if (!noise) rig.noise_density = 0;
+  rig.hold_seconds = 0;
+  return spin_up(rig);
+}
+
+/// That run up to `blocks`, judged as one of other machines: 10 draws are enough for rules.
+LoadCheck judged_as(const RotorJob& job, const OrderRun& run, Eigen::Index blocks = 12) {
+  return check_load(job.rotor, job.centrifuge, run, {centrifuge_sensors(job.rotor, job.centrifuge).front()},
+                    {.highest = 0.5 * (run.speed[blocks - 1] + run.speed[blocks]), .draws = 10});
+}
+
+// Wherever the first of however many buckets is.
+TEST(CentrifugeRules, TheTwoBucketsBesideTheHeavySideHoldIt) {
+  RotorJob job = template_job();
+  job.centrifuge.tolerance = {};
+  job.centrifuge.load = 0.4;
+  const OrderRun run = short_run(false);
+  std::mt19937 random(5);
+  for (const int buckets : {3, 4, 8}) {
+    for (int k = 0; k < 2; ++k) {
+      job.centrifuge.buckets = buckets;
+      job.centrifuge.first_bucket = std::uniform_real_distribution<double>(-10, 10)(random);
+      const LoadCheck c = judged_as(job, run);
+      ASSERT_EQ(c.changes.size(), 2u);
+      EXPECT_EQ(c.changes[1].bucket, c.changes[0].bucket % buckets + 1);
+      std::complex<double> sum = 0;
+      for (const BucketChange& change : c.changes) {
+        EXPECT_GE(change.mass.value, 0) << "between them, so that both are too heavy";
+        sum += std::polar(change.mass.value, job.centrifuge.first_bucket + kTwoPi * (change.bucket - 1) / buckets);
+      }
+      EXPECT_LT(std::abs(sum - std::polar(c.imbalance.value, c.angle.value)), 0.02 * c.imbalance.value);
+    }
+  }
+  // With two, the heavier one.
+  for (const auto& [first, heavy] :
+       {std::pair{0.0, 1}, std::pair{100.0, 1}, std::pair{200.0, 2}, std::pair{300.0, 2}}) {
+    job.centrifuge.buckets = 2;
+    job.centrifuge.first_bucket = first * kRadPerDegree;
+    const LoadCheck c = judged_as(job, run);
+    ASSERT_EQ(c.changes.size(), 1u);
+    EXPECT_EQ(c.changes[0].bucket, heavy) << first;
+    EXPECT_NEAR(c.changes[0].mass.value,
+                c.imbalance.value * std::abs(std::cos(c.angle.value - job.centrifuge.first_bucket)), 1e-5);
+  }
+}
+
+// Where tolerances hide an imbalance of any size, the search for one that is found ends.
+TEST(CentrifugeRules, TheSmallestImbalanceFoundIsAMillionTimesTheAllowedOneWhereThereIsNone) {
+  RotorJob job = template_job();
+  job.centrifuge.tolerance.sensor_gain = 0.9;
+  const OrderRun run = short_run(true);
+  for (const double allowed : {1e-3, 1e-2}) {
+    job.centrifuge.allowed = allowed;
+    const double found = judged_as(job, run).smallest_found;
+    EXPECT_GE(found, 1e6 * allowed);
+    EXPECT_LT(found, 1e7 * allowed);
+  }
+}
+
+// Chi-square counts the differences from block to block: a variance of so many pairs has so many degrees of freedom.
+TEST(CentrifugeRules, TheMisfitCountsThePairsOfBlocks) {
+  const RotorJob job = template_job();
+  const OrderRun run = short_run(true);
+  for (const Eigen::Index blocks : {8, 12}) {
+    const LoadCheck c = judged_as(job, run, blocks);
+    EXPECT_EQ(c.decided_at, run.speed[blocks - 1]);
+    const double pairs = 0.5 * std::pow(c.misfit_deviations / (c.chi_square - 1), 2);
+    EXPECT_NEAR(pairs, static_cast<double>(blocks - 1), 1e-6) << blocks;
+  }
 }
 
 TEST(CentrifugeProperty, ShorterRecordsSayThatTheyAreOpen) {

@@ -146,6 +146,17 @@ TEST(RotorVerdictRules, SpeedsThatWereNotPassedAreSaid) {
   EXPECT_EQ(passed.run(), "");
 }
 
+// 64 rad/s, as which the first speed is written without rounding.
+TEST(RotorVerdictRules, ACriticalSpeedAtTheVeryEndIsPassed) {
+  for (const double to : {200.0, 1.0}) {
+    Judged j;
+    j.result.model.rotor->k1 = 64 * 64;
+    j.records.resize(1), j.result.fit.records.resize(1);
+    j.records[0].angle = signal::angle_from_profile(0, 64, to - 64, 1e-3, 1000);
+    EXPECT_THAT(j.run(), Not(HasSubstr("lies outside the speeds"))) << to;
+  }
+}
+
 TEST(RotorVerdictRules, RunoutIsSeenNearStandstillOrEstimated) {
   for (const double lowest : {2.9, 3.1}) {  // a quarter of 12 Hz
     Judged j;
@@ -183,6 +194,8 @@ TEST(RotorVerdictRules, ADelayIsSaidAndWhereItIsNoSensors) {
   EXPECT_EQ(j.run(), "") << "not estimated";
   j.result.active.clock.delay = true;
   EXPECT_THAT(j.run(), HasSubstr("lags the angle by 4 ms; the phase of e rests on this: give"));
+  j.result.fit.delay = 0;
+  EXPECT_THAT(j.run(), HasSubstr("lags the angle by 0 ms; the phase of e rests on this: give"));
   for (const double delay : {5.1e-3, -1e-4}) {
     j.result.fit.delay = delay;
     EXPECT_THAT(j.run(), HasSubstr("(implausible for a sensor: rather an error of the angle)"));

@@ -1,0 +1,47 @@
+// Which of its plants a certificate is refused for, by a peak that is stated too small or large enough.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "certificate/certificate_runs.hpp"
+#include "whirl/tuning/design.hpp"
+
+namespace whirl::tuning {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+int count(const std::string& text, const std::string& word) {
+  int found = 0;
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++found;
+  return found;
+}
+
+// Of the tolerances of the actuators alone, twice the nominal peak and 30 um: what stands on exact forces.
+TEST(CertificateRules, OnlyTheActuatorsMakeALoopFragile) {
+  const rig::RigParameters rig;
+  IdentifiedModel model;
+  model.rotor = rig.true_model();
+  model.rotor->eps *= 10;  // beyond the 30 um, with forces for it
+  DesignOptions o;
+  o.law = "pd";
+  o.estimator = "kfe";
+  o.hardware = data_sheet(rig);
+  o.hardware.modes.clear();
+  o.hardware.actuator.voltage_limit = 200;
+  const ControllerDesign d = untuned_design(model, o);
+  const auto runs = [&](double nominal) { return certificate_runs(d, {}, nominal, *model.rotor, o.hardware, 1, 1); };
+  const CertificateRuns large = runs(1);
+  EXPECT_EQ(large.refused, "");
+  ASSERT_GT(large.peak, 30e-6);
+  const CertificateRuns none = runs(0);
+  EXPECT_EQ(none.peak, large.peak);
+  EXPECT_EQ(count(none.refused, "the peak rises from 0.000 to"), 4) << none.refused;
+  EXPECT_EQ(count(none.refused, "with forces 5 % "), 4) << none.refused;
+  EXPECT_THAT(none.refused, Not(HasSubstr("the profile reversed")));
+}
+
+}  // namespace
+}  // namespace whirl::tuning
