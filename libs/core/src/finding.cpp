@@ -56,6 +56,17 @@ std::string amounts_text(const std::vector<Amount>& amounts) {
   return out.empty() ? out : out + ")";
 }
 
+/// With as many digits as show the value on the wrong side of its limit.
+std::string missed_requirement(const Finding& f, const std::string& unit) {
+  const bool most = std::isnan(f.amount("least"));
+  const double value = f.amount("value"), limit = f.amount(most ? "most" : "least");
+  const auto digits = [](double v, int n) { return fmt::format("{:.{}g}", v, n); };
+  int n = 3;
+  while (n < 17 && value != limit && digits(value, n) == digits(limit, n)) ++n;
+  return fmt::format("{} {}{}: must be at {} {}{}", f.where, digits(value, n), unit, most ? "most" : "least",
+                     digits(limit, n), unit);
+}
+
 std::string spare_runs(const Finding& f) {
   const double spare = f.amount("spare");
   return spare < 1 ? "no spare run" : fmt::format("{:.0f} spare run{}", spare, spare < 2 ? "" : "s");
@@ -107,9 +118,7 @@ std::string controller_text(const Finding& f) {
   switch (f.code) {
     case FindingCode::requirement_missed:
       if (std::isnan(of("value"))) return f.where;
-      return fmt::format("{} {:.3g}{}: must be at {} {:.3g}{}", f.where, of("value"), unit,
-                         std::isnan(of("least")) ? "most" : "least", std::isnan(of("least")) ? of("most") : of("least"),
-                         unit);
+      return missed_requirement(f, unit);
     case FindingCode::sliding_bound_missed:
       return fmt::format(
           "eq. 42 of the paper does not hold{}: switching gain {:.3g} m/s^2, disturbance up to {:.3g} m/s^2; the "

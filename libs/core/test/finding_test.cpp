@@ -65,6 +65,7 @@ TEST(FindingUnit, TextsHoldTheirNumbersInTheUnitsTheyName) {
       {not_repeatable, {{"share", 0.08}}, "differ by 8 % of the reading"},
       {requirement_missed, {{"value", 4.5, "um"}, {"most", 3, "um"}}, "4.5 um: must be at most 3 um"},
       {requirement_missed, {{"value", 0.25}, {"least", 0.5}}, "0.25: must be at least 0.5"},
+      {requirement_missed, {{"value", 4.0004}, {"most", 4}}, "4.0004: must be at most 4"},
       {sliding_bound_missed,
        {{"switching gain", 2}, {"disturbance", 3.5}},
        "gain 2 m/s^2, disturbance up to 3.5 m/s^2"}};
