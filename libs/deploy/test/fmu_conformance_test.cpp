@@ -290,6 +290,27 @@ TEST_P(FmuConformanceExport, RatesThatOverflowAreDiscarded) {
   fmu.free(c);
 }
 
+TEST_P(FmuConformanceExport, StatesOfAnotherNumberAndNoPlaceForThemAreRefused) {
+  const testing::TemporaryFolder folder;
+  const Importer fmu = import_rotor(folder, GetParam());
+  std::array<double, 5> values{1e-4, 0, 0, 0, 0};
+  for (const char* name : {"SetContinuousStates", "GetContinuousStates", "GetNominalsOfContinuousStates",
+                           fmu.three ? "GetContinuousStateDerivatives" : "GetDerivatives"}) {
+    const auto call = fmu.function<int(void*, double*, std::size_t)>(name);
+    const struct {
+      double* place;
+      std::size_t count;
+      int status;
+    } cases[] = {{values.data(), 4, 0}, {values.data(), 3, 3}, {values.data(), 5, 3}, {nullptr, 4, 3}};
+    for (const auto& [place, count, status] : cases) {
+      void* const c = fmu.instantiate(true, fmu.token);
+      go_to(fmu, c, 'C');
+      EXPECT_EQ(call(c, place, count), status) << name << " " << count;
+      fmu.free(c);
+    }
+  }
+}
+
 TEST_P(FmuConformanceExport, PlacesThatAreNotThereAndAlteredBytesAreRefused) {
   const testing::TemporaryFolder folder;
   const Importer fmu = import_rotor(folder, GetParam());
