@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lane_sheets.hpp"
 #include "normal.hpp"
 #include "tables.hpp"
 #include "vector_registers.hpp"
@@ -48,17 +49,18 @@ struct BatchRig<Lanes>::State {
   std::vector<Mode> modes;
   /// What the sensor sees of a mode: linear in the force, its participation relative to lane 0 may stand here.
   std::vector<Lane> seen = std::vector<Lane>(modes.size());
-  /// As RigTables::mode_maps, where the lanes differ in the frequencies of their modes; empty: those of lane 0.
+  /// As RigTables::mode_maps, where the lanes differ in modes' frequencies or actuators' lag; empty: those of lane 0.
   std::vector<std::vector<Map<Lane>>> lane_maps;
   std::array<Pair, kHistory> commands{};
   std::array<Pair, kHistory> readings{};
+  LaneSheets<Lanes> sheets;
   SensorMemory<Lane> sensor_x, sensor_y;
   long read_at = 0;  // step of the last reading
   Reading reading;
 
   State(const std::array<std::shared_ptr<const RigTables>, Lanes>& t, const std::array<std::uint64_t, Lanes>& seeds,
         bool one)
-      : tables(t[0]), own(t), one_plant(one), modes(tables->parameters.modes.size()) {
+      : tables(t[0]), own(t), one_plant(one), modes(tables->parameters.modes.size()), sheets(t) {
     for (int lane = 0; lane < Lanes; ++lane) {
       const RigTables& r = *own[static_cast<std::size_t>(lane)];
       if (r.parameters.tilt.active()) throw Error("batch of rigs: a rotor that tilts runs one rig at a time only");
@@ -76,7 +78,7 @@ struct BatchRig<Lanes>::State {
       actuator_gain[lane] = 1 + a.gain_error;
       axis_cos[lane] = std::cos(a.axis_rotation), axis_sin[lane] = std::sin(a.axis_rotation);
     }
-    own_frequencies();
+    own_maps();
     for (std::size_t i = 0; i < modes.size(); ++i) {
       for (int lane = 0; lane < Lanes; ++lane) {
         const RigMode &own_mode = own[static_cast<std::size_t>(lane)]->parameters.modes[i],
@@ -89,10 +91,11 @@ struct BatchRig<Lanes>::State {
     restart(seeds);
   }
 
-  void own_frequencies() {
+  void own_maps() {
     const auto differs = [&](std::size_t i) {
       return std::ranges::any_of(own, [&](const auto& r) {
-        return r->parameters.modes[i].frequency != tables->parameters.modes[i].frequency;
+        return r->parameters.modes[i].frequency != tables->parameters.modes[i].frequency ||
+               r->lag_half_step != tables->lag_half_step;
       });
     };
     bool any = false;
@@ -184,26 +187,12 @@ struct BatchRig<Lanes>::State {
     }
   }
 
-  // What low-pass and play of the sensors leave of a displacement, since their last reading.
-  Vector respond(int lane, SensorMemory<Lane>& kept, Vector value) noexcept {
-    SensorMemory<Vector> m{load(&kept.input.v[0] + lane), load(&kept.passed.v[0] + lane), load(&kept.read.v[0] + lane)};
-    if (captured == 0) {
-      m.start(value);
-    } else {
-      const double since = tables->angle->step * static_cast<double>(steps - read_at);
-      m.follow(SensorResponse(tables->parameters.laser, since), value, clamped);
-    }
-    store(&kept.input.v[0] + lane, m.input);
-    store(&kept.passed.v[0] + lane, m.passed);
-    store(&kept.read.v[0] + lane, m.read);
-    return m.read;
-  }
-
   // Readings of all ticks whose sensor instant is now, `sub` steps after the last tick.
   void capture(int sub) noexcept {
     const RigTables& t = *tables;
     const RigLaser& laser = t.parameters.laser;
-    const bool responds = has_response(laser);
+    const bool responds = sheets.responds, first_reading = captured == 0;
+    if (responds) sheets.span(t.angle->step * static_cast<double>(steps - read_at));
     const auto noise_of = [&](int lane) -> rotor::LateralInput<double> {
       Normal& normal = normals[static_cast<std::size_t>(lane)];
       const double nx = laser.noise * normal(), ny = laser.noise * normal();
@@ -237,8 +226,8 @@ struct BatchRig<Lanes>::State {
       add_modes(lane, sub, sx, sy);
       sx += load(&added.x.v[0] + lane), sy += load(&added.y.v[0] + lane);
       if (responds) {
-        sx = respond(lane, sensor_x, sx) + load(&noise.x.v[0] + lane);
-        sy = respond(lane, sensor_y, sy) + load(&noise.y.v[0] + lane);
+        sx = sheets.read(lane, sensor_x, sx, first_reading) + load(&noise.x.v[0] + lane);
+        sy = sheets.read(lane, sensor_y, sy, first_reading) + load(&noise.y.v[0] + lane);
       }
       sx = clamped(sx, 0.5 * laser.range);
       sy = clamped(sy, 0.5 * laser.range);
@@ -272,16 +261,8 @@ struct BatchRig<Lanes>::State {
         volts = clamped(volts, a.voltage_limit);
         return (t.volt_lsb > 0 ? quantised(volts, t.volt_lsb) : volts) * a.force_per_volt;
       };
-      const auto delivered = [&](Vector asked, Lane& follows, Lane& last) {
-        asked = clamped(asked, a.force_limit());
-        const Vector before = load(&follows.v[0] + lane);
-        if (a.slew > 0) asked = before + clamped(asked - before, a.slew / t.parameters.timing.rate);
-        store(&follows.v[0] + lane, asked);
-        if (a.hysteresis > 0) asked += clamped(load(&last.v[0] + lane) - asked, 0.5 * a.hysteresis);
-        store(&last.v[0] + lane, asked);
-        return asked;
-      };
-      const Vector u = delivered(force(c.x), slewed_x, played_x), v = delivered(force(c.y), slewed_y, played_y);
+      const Vector u = sheets.delivered(lane, force(c.x), slewed_x, played_x),
+                   v = sheets.delivered(lane, force(c.y), slewed_y, played_y);
       const Vector fx = load(&target_x.v[0] + lane) + load(&distance_x.v[0] + lane);
       const Vector fy = load(&target_y.v[0] + lane) + load(&distance_y.v[0] + lane);
       const Vector gain = load(&actuator_gain.v[0] + lane);
@@ -311,13 +292,13 @@ struct BatchRig<Lanes>::State {
   // One Runge-Kutta step of all lanes; f points at the forcing of its start.
   void step(const rotor::LateralInput<double>* f) noexcept {
     const RigTables& t = *tables;
-    const double r = t.lag_half_step, g = t.gain;
+    const double g = t.gain;
     const rotor::LateralCoefficients<Lane>& c = coefficients;
     for (int lane = 0; lane < Lanes; lane += kWidth) {
       const auto of = [lane](const Lane& l) { return load(&l.v[0] + lane); };
       const rotor::LateralCoefficients<Vector> a{of(c.kx), of(c.ky), of(c.kxy), of(c.k2),
                                                  of(c.cx), of(c.cy), of(c.cxy)};
-      const Vector er = of(eps_re), ei = of(eps_im);
+      const Vector er = of(eps_re), ei = of(eps_im), r = of(sheets.lag_half_step);
       Vector dx = load(&distance_x.v[0] + lane), dy = load(&distance_y.v[0] + lane);
       const Vector tx = g * load(&target_x.v[0] + lane), ty = g * load(&target_y.v[0] + lane);
       const auto input = [&](const rotor::LateralInput<double>& unbalance) {

@@ -25,10 +25,11 @@ inline Vector quantised(Vector v, double lsb) {
   constexpr double kRound = 0x1.8p52;
   return ((v * (1 / lsb) + kRound) - kRound) * lsb;
 }
-inline Vector clamped(Vector v, double limit) {
-  const Vector high = Vector{} + limit, low = -high;
+inline Vector clamped(Vector v, Vector high) {
+  const Vector low = -high;
   v = v > high ? high : v;
   return v < low ? low : v;
 }
+inline Vector clamped(Vector v, double limit) { return clamped(v, Vector{} + limit); }
 
 }  // namespace whirl::rig

@@ -60,7 +60,7 @@ TEST(BatchRigProperty, LanesOfTheIdealRotorEqualTheScalarRig) {
 }
 
 // Another rotor, runout, actuator and noise in every lane.
-void expect_different_rigs_equal_scalar_ones(double mode_step) {
+void expect_different_rigs_equal_scalar_ones(double mode_step, double sheet_step = 0) {
   std::array<std::shared_ptr<const RigTables>, 16> tables;
   std::array<std::uint64_t, 16> seeds;
   std::vector<VirtualRig> scalar;
@@ -80,6 +80,14 @@ void expect_different_rigs_equal_scalar_ones(double mode_step) {
     p.modes.front().initial = 4e-6 * d;
     p.modes.front().frequency *= 1 + mode_step * d;
     p.actuator.hysteresis = 0.3;
+    if (sheet_step > 0) {
+      const double more = 1 + sheet_step * d;
+      p.actuator.bandwidth *= more, p.actuator.hysteresis *= more;
+      p.actuator.slew = 900 * more, p.actuator.current_limit = 4 * more, p.actuator.force_per_ampere = 2;
+      p.laser.bandwidth = 150 * more, p.laser.hysteresis = 2e-6 * more;
+      // What one machine's sheet does not state.
+      if (i == 5) p.actuator.slew = p.actuator.hysteresis = p.laser.bandwidth = p.laser.hysteresis = 0;
+    }
     tables[i] = make_rig_tables(p, tables[0]);
     seeds[i] = 7 + 3 * i;
     scalar.emplace_back(make_rig_tables(p), RigRun{.seed = seeds[i]});
@@ -114,11 +122,18 @@ void expect_different_rigs_equal_scalar_ones(double mode_step) {
   heavy.rotor.mass *= 2;
   tables[3] = make_rig_tables(heavy, tables[0]);
   EXPECT_THROW(BatchRig<16>(tables, seeds), Error);
+  RigParameters quick;
+  quick.actuator.bandwidth = 0;
+  tables[3] = make_rig_tables(quick, tables[0]);
+  EXPECT_THROW(BatchRig<16>(tables, seeds), Error);
 }
 
 TEST(BatchRigProperty, LanesOfDifferentRigsEqualTheScalarRigs) {
   expect_different_rigs_equal_scalar_ones(0);
   expect_different_rigs_equal_scalar_ones(0.004);  // and of a mode, which each lane has elsewhere
+  // And of other sensors and actuators in every lane.
+  expect_different_rigs_equal_scalar_ones(0, 0.02);
+  expect_different_rigs_equal_scalar_ones(0.004, 0.02);
 }
 
 TEST(BatchRigProperty, CoastingIsARunWithoutForceToTheLastBit) {

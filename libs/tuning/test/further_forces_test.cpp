@@ -71,7 +71,7 @@ TEST(FurtherForcesReference, TheClosedLoopPeakOfEveryForceIsThatOfAMachineIntegr
   MonteCarloOptions study;
   study.samples = study.lanes = 8;
   study.threads = 1;
-  study.stiffness_sd = study.damping_sd = study.unbalance_sd = study.gain_sd = study.rotation_sd = 0;
+  study.stiffness_sd = study.damping_sd = study.unbalance_sd = study.gain_sd = study.rotation_sd = study.sheet_sd = 0;
   for (const Case& c : kCases) {
     Machine m = machine();
     const ControllerDesign design = untuned_design(model_of(m), o);

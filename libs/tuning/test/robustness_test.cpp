@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "monte_carlo/machine_lanes.hpp"
@@ -129,6 +130,55 @@ TEST(MonteCarloProperty, LanesAreJudgedAsMachinesAlone) {
   }
 }
 
+// Low-pass and play of the sensors, lag, limits and play of the actuators: every machine has its own, about those of
+// the data sheet, and side by side they run as alone. What no sheet states stays away.
+TEST(MonteCarloProperty, SensorsAndActuatorsOfTheMachinesDiffer) {
+  rig::RigParameters rig;
+  rig.laser.bandwidth = 60, rig.laser.hysteresis = 2e-6;
+  rig.actuator.hysteresis = 0.5, rig.actuator.slew = 6000;
+  rig.actuator.current_limit = 10, rig.actuator.force_per_ampere = 3;
+  const IdentifiedModel model = identified(rig);
+  const ControllerDesign d = good_design(rig, model);
+  const Hardware hardware = tuning_hardware(d, data_sheet(rig));
+  const auto numbers = [](const rig::RigParameters& r) {
+    return std::array{r.laser.bandwidth, r.laser.hysteresis,    r.actuator.bandwidth,
+                      r.actuator.slew,   r.actuator.hysteresis, r.actuator.current_limit};
+  };
+  const auto stated = numbers(rig);
+  const RigDraw draw(d.model, model, hardware, MonteCarloOptions(), {});
+  std::array<double, 6> mean{}, square{};
+  constexpr int kMachines = 400;
+  for (int i = 0; i < kMachines; ++i) {
+    const auto own = numbers(draw(i).rig);
+    for (std::size_t k = 0; k < own.size(); ++k) {
+      const double ratio = own[k] / stated[k];
+      EXPECT_GT(ratio, 0.5);
+      mean[k] += ratio / kMachines, square[k] += ratio * ratio / kMachines;
+    }
+  }
+  for (std::size_t k = 0; k < mean.size(); ++k) {
+    EXPECT_NEAR(mean[k], 1, 0.02) << k;
+    EXPECT_NEAR(std::sqrt(square[k] - mean[k] * mean[k]), 0.1, 0.015) << k;
+  }
+  const MachineLanes<8> lanes(draw, {0, 1, 2, 3, 4, 5, 6, 7}, rig::make_rig_tables(draw(0).rig));
+  const std::vector<LaneRun> runs = lanes.run(d);
+  for (int i = 0; i < 8; ++i) {
+    const DrawnRig drawn = draw(i);
+    ClosedLoopOptions options;
+    options.run.seed = drawn.noise_seed;
+    const ClosedLoopMetrics alone = ClosedLoopPlant(drawn.rig, options).run(d);
+    EXPECT_NEAR(runs[static_cast<std::size_t>(i)].judged.closed.all, alone.closed.all, 1e-3 * alone.closed.all) << i;
+  }
+  MonteCarloOptions exact;
+  exact.sheet_sd = 0;
+  EXPECT_EQ(numbers(RigDraw(d.model, model, hardware, exact, {})(3).rig), stated);
+  const rig::RigParameters plain;  // its data sheet states a bandwidth alone
+  const rig::RigParameters own = RigDraw(d.model, model, data_sheet(plain), MonteCarloOptions(), {})(3).rig;
+  EXPECT_EQ(own.laser.bandwidth, 0);
+  EXPECT_EQ(own.actuator.slew, 0);
+  EXPECT_NE(own.actuator.bandwidth, plain.actuator.bandwidth);
+}
+
 TEST(MonteCarloProperty, LanesEqualTheScalarLoopAndEachOther) {
   const rig::RigParameters rig;
   IdentifiedModel model = identified(rig);
@@ -147,7 +197,7 @@ TEST(MonteCarloProperty, LanesEqualTheScalarLoopAndEachOther) {
   // No tolerances: sample 0 is the tuning plant with other runout phases and noise, so that its open loop is that of
   // the scalar rig.
   o.stiffness_sd = o.damping_sd = o.unbalance_sd = o.gain_sd = o.rotation_sd = 0;
-  o.runout_sd = o.runout_common = o.participation_sd = o.ringing = 0;
+  o.runout_sd = o.runout_common = o.participation_sd = o.ringing = o.sheet_sd = 0;
   o.samples = 1;
   const MonteCarloResult exact = monte_carlo(d, model, data_sheet(rig), o);
   const ClosedLoopPlant plant(tuning_plant(*model.rotor, data_sheet(rig)));

@@ -117,6 +117,41 @@ void run_study(RobustnessOptions* o, Session& session) {
   }
 }
 
+/// What the machines are drawn with.
+void add_draws(CommandLine* sub, tuning::MonteCarloOptions& study) {
+  sub->add_option("--covariance-scale", study.covariance_scale, "factor on the identified standard deviations")
+      ->range(0, 1e3)
+      ->show_default();
+  sub->add_option("--stiffness-sd", study.stiffness_sd, "further relative standard deviation of k1")
+      ->range(0, 1)
+      ->show_default();
+  sub->add_option("--damping-sd", study.damping_sd, "of c")->range(0, 10)->show_default();
+  sub->add_option("--unbalance-sd", study.unbalance_sd, "of the unbalance, size and angle")
+      ->range(0, 10)
+      ->show_default();
+  sub->add_option("--sheet-sd", study.sheet_sd,
+                  "of what the data sheet states of sensors (low-pass, hysteresis) and actuators (bandwidth, current "
+                  "limit, slew, hysteresis), relative")
+      ->range(0, 0.5)
+      ->show_default();
+  sub->add_option("--runout-sd", study.runout_sd, "of each runout harmonic, relative, machine by machine")
+      ->range(0, 3)
+      ->show_default();
+  sub->add_option("--runout-common", study.runout_common, "of its logarithm, all machines alike")
+      ->range(0, 3)
+      ->show_default();
+  sub->add_flag("--other-machines", study.other_machines,
+                "other machines of the make: an unbalance of any angle and a runout of its own on each, under the "
+                "controller's table; without it the machine that was identified");
+  sub->add_option("--participation-sd", study.participation_sd, "of the participation of structural modes, relative")
+      ->range(0, 3)
+      ->show_default();
+  sub->add_option("--ringing", study.ringing,
+                  "of the structure at the start: velocity of each mode / (eccentricity * top speed)")
+      ->range(0, 3)
+      ->show_default();
+}
+
 }  // namespace
 
 void add_robustness(CommandLine& app, Session& session) {
@@ -162,32 +197,7 @@ void add_robustness(CommandLine& app, Session& session) {
   sub->add_option("--limit-mm", o->limit_mm, "displacement not to be exceeded, zero-to-peak; 0: none")
       ->range(0, 1000)
       ->show_default();
-  sub->add_option("--covariance-scale", o->study.covariance_scale, "factor on the identified standard deviations")
-      ->range(0, 1e3)
-      ->show_default();
-  sub->add_option("--stiffness-sd", o->study.stiffness_sd, "further relative standard deviation of k1")
-      ->range(0, 1)
-      ->show_default();
-  sub->add_option("--damping-sd", o->study.damping_sd, "of c")->range(0, 10)->show_default();
-  sub->add_option("--unbalance-sd", o->study.unbalance_sd, "of the unbalance, size and angle")
-      ->range(0, 10)
-      ->show_default();
-  sub->add_option("--runout-sd", o->study.runout_sd, "of each runout harmonic, relative, machine by machine")
-      ->range(0, 3)
-      ->show_default();
-  sub->add_option("--runout-common", o->study.runout_common, "of its logarithm, all machines alike")
-      ->range(0, 3)
-      ->show_default();
-  sub->add_flag("--other-machines", o->study.other_machines,
-                "other machines of the make: an unbalance of any angle and a runout of its own on each, under the "
-                "controller's table; without it the machine that was identified");
-  sub->add_option("--participation-sd", o->study.participation_sd, "of the participation of structural modes, relative")
-      ->range(0, 3)
-      ->show_default();
-  sub->add_option("--ringing", o->study.ringing,
-                  "of the structure at the start: velocity of each mode / (eccentricity * top speed)")
-      ->range(0, 3)
-      ->show_default();
+  add_draws(sub, o->study);
   sub->add_option("--checkpoint", o->study.checkpoint, "file of finished samples; an existing one is continued")
       ->output("text");
   sub->add_option("--lanes", o->study.lanes, "rigs side by side in vector registers: 8, 16 or 32")->show_default();

@@ -37,11 +37,11 @@ MonteCarloSample sample_from(const RotorModel& centre, const double* n) {
 
 std::string study_key(const MonteCarloOptions& o, const ControllerDesign& design) {
   const std::string text =
-      fmt::format("{} {} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {} {}", o.samples, o.seed,
+      fmt::format("{} {} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {:a} {} {}", o.samples, o.seed,
                   o.covariance_scale, o.stiffness_sd, o.damping_sd, o.unbalance_sd, o.gain_sd, o.rotation_sd,
-                  o.runout_sd, o.runout_common, o.participation_sd, o.ringing, o.other_machines, o.key) +
+                  o.sheet_sd, o.runout_sd, o.runout_common, o.participation_sd, o.ringing, o.other_machines, o.key) +
       to_json(design).dump();
-  return "whirl.robustness.checkpoint/6 " + io::sha256(text);
+  return "whirl.robustness.checkpoint/7 " + io::sha256(text);
 }
 
 MonteCarloCheckpoint::MonteCarloCheckpoint(const std::filesystem::path& path, const std::string& key,

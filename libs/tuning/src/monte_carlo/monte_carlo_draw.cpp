@@ -87,6 +87,14 @@ class Random {
 /// mode that is lighter is one of the shaft, held by the same steel as the first, and another stiffness moves it too.
 bool of_shaft(const rig::RigMode& mode) { return mode.participation > 1; }
 
+/// What sensors and actuators of this machine are of what their data sheets state. Not stated, 0, stays so.
+void draw_sheets(rig::RigParameters& rig, double sd, bool limits, Random& random) {
+  for (double* number : {&rig.laser.bandwidth, &rig.laser.hysteresis, &rig.actuator.bandwidth,
+                         &rig.actuator.current_limit, &rig.actuator.slew, &rig.actuator.hysteresis}) {
+    *number *= random.factor(sd, limits);
+  }
+}
+
 }  // namespace
 
 RigDraw::RigDraw(const RotorModel& centre, const IdentifiedModel& model, const Hardware& hardware,
@@ -170,6 +178,7 @@ DrawnRig RigDraw::operator()(int sample) const {
     forces.friction = std::clamp(forces.friction, 0.0, 2.5 * friction);
     rig.forces = rig::RigForces::of(forces, rig.rotor.mass);
   }
+  draw_sheets(rig, options_.sheet_sd, limits, random);
   return {m, rig, noise_seed};
 }
 

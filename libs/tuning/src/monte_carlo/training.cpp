@@ -101,6 +101,7 @@ Training train(const std::function<ControllerDesign(const std::vector<double>&)>
   MonteCarloOptions draws;
   draws.seed = seed;
   draws.stiffness_sd *= 3, draws.unbalance_sd *= 3, draws.gain_sd *= 3, draws.rotation_sd *= 3;
+  draws.sheet_sd = 0;  // sensors and actuators as the data sheet says
   const ControllerDesign first = make(start);
   const RigDraw draw(first.model, model, tuning_hardware(first, hardware), draws);
   const auto like = rig::make_rig_tables(draw(0).rig);

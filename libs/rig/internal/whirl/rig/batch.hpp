@@ -34,9 +34,10 @@ class BatchRig {
 
   explicit BatchRig(std::shared_ptr<const RigTables> tables, std::uint64_t seed = 1);
   /// One rig and one noise seed per lane. The rigs may differ in the rotor (not its mass) and its further forces, in
-  /// gain error and axes of the actuators, in runout and in sign, participation, frequency and deflection at the start
-  /// of the structural modes; all else is the first one's, and the tables must share their angle part (make_rig_tables,
-  /// `like`). Throws Error when they do not.
+  /// gain error, axes, bandwidth, current limit, slew and hysteresis of the actuators, in low-pass, hysteresis and
+  /// runout of the sensors, and in sign, participation, frequency and deflection at the start of the structural modes;
+  /// all else is the first one's, and the tables must share their angle part (make_rig_tables, `like`). Throws Error
+  /// when they do not.
   BatchRig(const std::array<std::shared_ptr<const RigTables>, Lanes>& tables,
            const std::array<std::uint64_t, Lanes>& seeds);
   BatchRig(BatchRig&&) noexcept;

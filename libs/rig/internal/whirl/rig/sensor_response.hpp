@@ -31,8 +31,9 @@ struct SensorMemory {
   V input{}, passed{}, read{};
 
   void start(V value) noexcept { input = passed = read = value; }
-  template <class Clamped>
-  void follow(const SensorResponse& r, V value, const Clamped& clamped) noexcept {
+  /// `r`: SensorResponse, or one with a number per machine.
+  template <class Response, class Clamped>
+  void follow(const Response& r, V value, const Clamped& clamped) noexcept {
     passed = r.keep * passed + r.before * input + r.now * value;
     input = value;
     read = passed + clamped(read - passed, r.half_play);
