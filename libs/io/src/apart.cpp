@@ -148,28 +148,24 @@ void watch_sleep(pid_t child, rlim_t seconds) {
 }  // namespace
 
 void ParcelWriter::bytes(std::span<const std::byte> b) {
-  if (b.size() < kPipeBuffer) {
-    buffer_.append(reinterpret_cast<const char*>(b.data()), b.size());
-    if (buffer_.size() >= kPipeBuffer) flush();
-    return;
-  }
-  flush();
-  while (!b.empty()) {
-    const ssize_t n = ::write(descriptor_, b.data(), b.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) throw Error(std::string("values cannot be handed over: ") + std::strerror(errno));
-    b = b.subspan(static_cast<std::size_t>(n));
-  }
+  const std::string_view more(reinterpret_cast<const char*>(b.data()), b.size());
+  if (more.size() >= kPipeBuffer) flush();
+  if (more.size() >= kPipeBuffer) return write(more);
+  buffer_.append(more);
+  if (buffer_.size() >= kPipeBuffer) flush();
 }
 
-void ParcelWriter::flush() {
-  std::string_view left = buffer_;
+void ParcelWriter::write(std::string_view left) const {
   while (!left.empty()) {
     const ssize_t n = ::write(descriptor_, left.data(), left.size());
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) throw Error(std::string("values cannot be handed over: ") + std::strerror(errno));
     left.remove_prefix(static_cast<std::size_t>(n));
   }
+}
+
+void ParcelWriter::flush() {
+  write(buffer_);
   buffer_.clear();
 }
 

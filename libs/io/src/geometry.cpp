@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 
+#include "formats/text_lines.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/settings.hpp"
 #include "whirl/io/signals.hpp"
@@ -99,18 +99,14 @@ UffFile uff_from_modes(const ModalModel& model, const std::vector<std::string>& 
   file.units.push_back({1, "SI: Meter (newton)", 1, 1, 1, 273.15});
   std::map<std::string, long> label;
   long largest = 0;
-  const auto number_of = [&](const std::string& name) {
-    long number = 0;
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
-    return error == std::errc() && end == name.data() + name.size() && number > 0 ? number : 0;
-  };
+  const auto own_label = [](const std::string& name) { return std::max(0L, number_of<long>(name).value_or(0)); };
   std::vector<std::string> names;
   for (const Geometry::Node& node : geometry.nodes) names.push_back(node.name);
   for (const std::string& point : points) names.push_back(point_direction(point).node);
-  for (const std::string& name : names) largest = std::max(largest, number_of(name));
+  for (const std::string& name : names) largest = std::max(largest, own_label(name));
   for (const std::string& name : names) {
     if (label.contains(name)) continue;
-    const long number = number_of(name);
+    const long number = own_label(name);
     label[name] = number > 0 ? number : ++largest;
     if (number == 0) file.header.push_back(fmt::format("node {} is '{}'", label[name], name));
   }

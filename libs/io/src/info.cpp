@@ -92,15 +92,14 @@ std::pair<long, Eigen::Index> spikes(const Eigen::VectorXd& x) {
   return {count, first};
 }
 
-void judge_channel(const Channel& c, const Recording& record, ChannelInfo& info) {
+void judge_channel(const Eigen::VectorXd& x, const SignalTable& table, ChannelInfo& info) {
   std::vector<std::string>& out = info.findings;
-  const Eigen::VectorXd& x = c.samples;
   if (info.minimum == info.maximum) {
     out.push_back(kConstant);
     return;
   }
   const auto at = [&](Eigen::Index i) {
-    return fmt::format("{:.6g} s", record.t0 + record.dt * static_cast<double>(i));
+    return fmt::format("{:.6g} s", table.start + (table.step > 0 ? table.step : 1) * static_cast<double>(i));
   };
   const Steps steps = neighbour_steps(x, info.minimum, info.maximum);
   const double range = info.maximum - info.minimum;
@@ -114,7 +113,7 @@ void judge_channel(const Channel& c, const Recording& record, ChannelInfo& info)
     const Runs at_end = equal_runs(x, 3, [v = value](double s) { return s == v; });
     if (at_end.long_ones >= 3 && !held && !coarse) {
       info.damage.push_back(fmt::format("clipped: the {} {:.6g} {} is held for 3 or more samples {} times", name, value,
-                                        si_unit(c.quantity), at_end.long_ones));
+                                        si_unit(info.quantity), at_end.long_ones));
     }
   }
   // A hold is suspicious when it is much longer than quantisation explains.
@@ -127,12 +126,12 @@ void judge_channel(const Channel& c, const Recording& record, ChannelInfo& info)
     out.push_back(fmt::format("{:.0f} % of the samples repeat their neighbour: recorded slower than sampled, or coarse",
                               100.0 * static_cast<double>(steps.equal) / static_cast<double>(x.size() - 1)));
   }
-  const bool oscillates = c.quantity == Quantity::displacement || c.quantity == Quantity::velocity ||
-                          c.quantity == Quantity::acceleration || c.quantity == Quantity::force;
+  const bool oscillates = info.quantity == Quantity::displacement || info.quantity == Quantity::velocity ||
+                          info.quantity == Quantity::acceleration || info.quantity == Quantity::force;
   const double alternating = std::sqrt(std::max(0.0, info.rms * info.rms - info.mean * info.mean));
   if (oscillates && std::abs(info.mean) > 3 * alternating) {
     out.push_back(fmt::format("mean {:.4g} {} is {:.1f} times the alternating rms: remove the offset?", info.mean,
-                              si_unit(c.quantity), std::abs(info.mean) / alternating));
+                              si_unit(info.quantity), std::abs(info.mean) / alternating));
   }
   if (const auto [count, first] = spikes(x); count > 0 && !held) {
     info.damage.push_back(fmt::format("{} single-sample spikes, the first at {}", count, at(first)));
@@ -181,18 +180,10 @@ Eigen::VectorXd shown_values(const Signal& signal) {
   return (signal.value.cwiseAbs2() + signal.imaginary.cwiseAbs2()).cwiseSqrt();
 }
 
-ChannelInfo channel_info(const Signal& signal, const ChannelStatistics& statistics) {
-  ChannelInfo info = statistics.info(signal.name);
-  info.quantity = signal.quantity.value_or(Quantity::dimensionless);
-  info.unit = signal.quantity ? std::string(si_unit(*signal.quantity)) : signal.unit;
-  return info;
-}
-
-std::string missing_values(Eigen::Index missing, Eigen::Index of) {
-  return fmt::format("{} of {} values are missing or not finite", missing, of);
-}
-
-TableInfo table_head(const SignalTable& table, Eigen::Index rows, FileInfo& info) {
+/// What is known of a table of so many rows; `judge` looks at channels over time without missing values.
+void add_table(FileInfo& info, const SignalTable& table, Eigen::Index rows,
+               const std::vector<ChannelStatistics>& statistics,
+               const std::function<void(const Signal&, ChannelInfo&)>& judge) {
   const bool time = table.abscissa == Quantity::time;
   TableInfo ti{table.name,
                time ? "time" : table.abscissa ? "frequency" : "rows",
@@ -204,7 +195,18 @@ TableInfo table_head(const SignalTable& table, Eigen::Index rows, FileInfo& info
     info.findings.push_back(fmt::format("the {} values of table '{}' are not uniform", ti.abscissa, table.name));
   if (!table.abscissa && rows > 1)
     info.findings.push_back("no column of time: state the sample rate with --rate HZ to read it as a record");
-  return ti;
+  for (std::size_t c = 0; c < statistics.size(); ++c) {
+    const Signal& signal = table.signals[c];
+    ChannelInfo ci = statistics[c].info(signal.name);
+    ci.quantity = signal.quantity.value_or(Quantity::dimensionless);
+    ci.unit = signal.quantity ? std::string(si_unit(*signal.quantity)) : signal.unit;
+    if (const Eigen::Index missing = statistics[c].missing(); missing > 0)
+      ci.findings.push_back(fmt::format("{} of {} values are missing or not finite", missing, rows));
+    else if (time && rows > 1)
+      judge(signal, ci);
+    ti.channels.push_back(std::move(ci));
+  }
+  info.tables.push_back(std::move(ti));
 }
 
 std::string channel_lines(const std::vector<ChannelInfo>& channels) {
@@ -226,41 +228,14 @@ std::string channel_lines(const std::vector<ChannelInfo>& channels) {
 
 }  // namespace
 
-RecordingInfo describe(const Recording& record) {
-  record.check();
-  RecordingInfo info{record.source, record.rate(), record.duration(), static_cast<long>(record.size()), {}};
-  for (const Channel& c : record.channels) {
-    ChannelStatistics statistics;
-    statistics.add(c.samples);
-    ChannelInfo ci = statistics.info(c.name);
-    ci.quantity = c.quantity;
-    ci.unit = si_unit(c.quantity);
-    if (c.samples.size() > 0) judge_channel(c, record, ci);
-    info.channels.push_back(std::move(ci));
-  }
-  return info;
-}
-
 FileInfo describe(const SignalFile& file) {
   FileInfo info{file.source, file.format, {}, file.contents, file.findings};
   for (const SignalTable& table : file.tables) {
-    TableInfo ti = table_head(table, table.rows(), info);
-    Recording axis;
-    axis.t0 = table.start;
-    axis.dt = table.step > 0 ? table.step : 1;
-    for (const Signal& signal : table.signals) {
-      const Eigen::VectorXd shown = shown_values(signal);
-      ChannelStatistics statistics;
-      statistics.add(shown);
-      ChannelInfo ci = channel_info(signal, statistics);
-      if (statistics.missing() > 0) {
-        ci.findings.push_back(missing_values(statistics.missing(), shown.size()));
-      } else if (table.abscissa == Quantity::time && signal.imaginary.size() == 0 && shown.size() > 1) {
-        judge_channel({signal.name, ci.quantity, shown}, axis, ci);
-      }
-      ti.channels.push_back(std::move(ci));
-    }
-    info.tables.push_back(std::move(ti));
+    std::vector<ChannelStatistics> statistics(table.signals.size());
+    for (std::size_t c = 0; c < statistics.size(); ++c) statistics[c].add(shown_values(table.signals[c]));
+    add_table(info, table, table.rows(), statistics, [&](const Signal& signal, ChannelInfo& ci) {
+      if (signal.imaginary.size() == 0) judge_channel(signal.value, table, ci);
+    });
   }
   return info;
 }
@@ -298,27 +273,13 @@ FileInfo describe(SignalStream& stream, const std::function<void(double)>& progr
     progress(stream.done());
   }
   for (std::size_t k = 0; k < heads.size(); ++k) {
-    TableInfo ti = table_head(heads[k], rows[k], info);
-    for (std::size_t c = 0; c < heads[k].signals.size(); ++c) {
-      const ChannelStatistics& s = statistics[k][c];
-      ChannelInfo ci = channel_info(heads[k].signals[c], s);
-      if (s.missing() > 0)
-        ci.findings.push_back(missing_values(s.missing(), rows[k]));
-      else if (heads[k].abscissa == Quantity::time && rows[k] > 1 && ci.minimum == ci.maximum)
-        ci.findings.push_back(kConstant);
-      ti.channels.push_back(std::move(ci));
-    }
-    info.tables.push_back(std::move(ti));
+    add_table(info, heads[k], rows[k], statistics[k], [](const Signal&, ChannelInfo& ci) {
+      if (ci.minimum == ci.maximum) ci.findings.push_back(kConstant);
+    });
   }
   info.findings.push_back(
       "read in parts: damage and vibration are not looked for; --rows FIRST:END looks at some rows");
   return info;
-}
-
-std::string to_string(const RecordingInfo& info) {
-  return fmt::format("{}: {}, {}, {:.9g} Hz, {:.6g} s\n", info.source, counted(info.channels.size(), "channel"),
-                     counted(info.samples, "sample"), info.rate, info.duration) +
-         channel_lines(info.channels);
 }
 
 std::string to_string(const FileInfo& info) {

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 
 #include "formats/format.hpp"
 #include "formats/parts/rows.hpp"
+#include "formats/text_lines.hpp"
 #include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/names.hpp"
@@ -36,11 +36,7 @@ Choice parse_choice(const std::string& text, const std::vector<const Signal*>& s
   const std::size_t colon = text.rfind(':');
   std::string wanted = colon == std::string::npos ? text : text.substr(colon + 1);
   if (const std::size_t star = wanted.rfind('*'); star != std::string::npos) {
-    const char *first = wanted.data() + star + 1, *last = wanted.data() + wanted.size();
-    const auto [end, error] = std::from_chars(first, last, choice.factor);
-    if (error != std::errc() || end != last || !std::isfinite(choice.factor) || choice.factor == 0) {
-      throw Error::in_field("--columns", text, "HEADER:name_unit*FACTOR with a number that is not zero");
-    }
+    choice.factor = factor_of(text);
     wanted.resize(star);
   }
   const NameWithUnit split = split_unit(wanted);
@@ -90,10 +86,8 @@ std::size_t place_of(const std::string& wanted, const std::vector<TimeChannel>& 
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all[i].signal->name == wanted) return i;
   }
-  std::size_t number = 0;
-  const char* const last = wanted.data() + wanted.size();
-  const auto [end, error] = std::from_chars(wanted.data(), last, number);
-  if (error == std::errc() && end == last && number >= 1 && number <= all.size()) return number - 1;
+  const std::size_t number = number_of<std::size_t>(wanted).value_or(0);
+  if (number >= 1 && number <= all.size()) return number - 1;
   std::string present;
   for (const TimeChannel& c : all) present += (present.empty() ? "" : ", ") + c.signal->name;
   throw failure(file, fmt::format("no channel '{}'; present: {}", wanted, present));

@@ -24,10 +24,9 @@ Eigen::VectorXd sine(double amplitude, double offset = 0) {
 }
 
 ChannelInfo info_of(Eigen::VectorXd x, Quantity q = Quantity::displacement) {
-  Recording r;
-  r.dt = 1e-3;
-  r.add("x", q, std::move(x));
-  return describe(r).channels[0];
+  SignalTable table{.abscissa = Quantity::time, .step = 1e-3};
+  table.signals.push_back({"x", std::string(si_unit(q)), q, std::move(x), {}});
+  return describe(SignalFile{.tables = {table}}).tables[0].channels[0];
 }
 
 TEST(Info, ACleanSineHasNoFindings) {
@@ -70,11 +69,11 @@ TEST(InfoReference, AShortPeriodIsNotCoarse) {
 TEST(InfoReference, TheMeasuredHammerRecordIsDescribed) {
   const auto file = testing::data_file("modal/hammer_raw.csv.gz");
   WHIRL_REQUIRE_DATA(file);
-  const RecordingInfo info = describe(read_csv(file));
-  EXPECT_EQ(info.samples, 50030);
-  EXPECT_DOUBLE_EQ(info.rate, 50000);
-  EXPECT_NEAR(info.duration, 1.0006, 1e-12);
-  EXPECT_THAT(to_string(info), HasSubstr("50000 Hz"));
+  const FileInfo info = describe(read_signals(file));
+  ASSERT_EQ(info.tables.size(), 1u);
+  EXPECT_EQ(info.tables[0].rows, 50030);
+  EXPECT_DOUBLE_EQ(1 / info.tables[0].step, 50000);
+  EXPECT_THAT(to_string(info), HasSubstr("50030 samples, 50000 Hz, 1.0006 s"));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "upload.hpp"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <boost/asio/post.hpp>
 #include <boost/beast/core.hpp>
@@ -14,6 +13,7 @@
 #include <utility>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/temporary.hpp"
 
 namespace whirl::monitor {
 namespace {
@@ -54,22 +54,6 @@ std::string file_name(const std::string& name) {
   return out;
 }
 
-/// A folder of this user alone, gone with this object.
-struct PrivateFolder {
-  PrivateFolder() {
-    std::string pattern = (fs::temp_directory_path() / "whirl-open-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) throw Error("no folder for temporary files can be made");
-    path = pattern;
-  }
-  ~PrivateFolder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  PrivateFolder(const PrivateFolder&) = delete;
-  PrivateFolder& operator=(const PrivateFolder&) = delete;
-  fs::path path;
-};
-
 }  // namespace
 
 class Uploads::Session : public std::enable_shared_from_this<Session> {
@@ -91,8 +75,8 @@ class Uploads::Session : public std::enable_shared_from_this<Session> {
     uploads_.busy_ = owner_ = true;
     beast::error_code failed;
     try {
-      folder_.emplace();
-      file_ = folder_->path / file_name(name_);
+      folder_.emplace("open");
+      file_ = folder_->path() / file_name(name_);
       parser_->get().body().open(file_.c_str(), beast::file_mode::write_new, failed);
       if (failed) throw Error("cannot write " + file_.string() + ": " + failed.message());
     } catch (const std::exception& e) {
@@ -152,7 +136,7 @@ class Uploads::Session : public std::enable_shared_from_this<Session> {
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::file_body>> parser_;
   http::response<http::string_body> response_;
-  std::optional<PrivateFolder> folder_;
+  std::optional<io::TemporaryFolder> folder_;
   fs::path file_;
   std::string name_;
   Opened as_ = Opened::compared;

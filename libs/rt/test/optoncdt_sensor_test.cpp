@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
+#include "optoncdt_simulator.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/rt/drivers/optoncdt_simulator.hpp"
 
 namespace whirl::rt::optoncdt {
 namespace {

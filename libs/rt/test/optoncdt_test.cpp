@@ -277,9 +277,6 @@ TEST(Optoncdt, FeedingInPiecesGivesTheSameFrames) {
 }
 
 TEST(Optoncdt, AdditionalQuantities) {
-  EXPECT_DOUBLE_EQ(timestamp(100, 1), 0.65636);
-  EXPECT_DOUBLE_EQ(timestamp(100, 3), 1.96708);
-  EXPECT_DOUBLE_EQ(timestamp(0x10001, 0x10000), 1e-5) << "words of 16 bits";
   EXPECT_EQ(lost_between(5, 6), 0u);
   EXPECT_EQ(lost_between(5, 9), 3u);
   EXPECT_EQ(lost_between(kValueMask, 0), 0u);

@@ -3,16 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <map>
 #include <pugixml.hpp>
 
 #include "format.hpp"
+#include "formats/arrays/bytes.hpp"
+#include "formats/text_lines.hpp"
 #include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/names.hpp"
@@ -24,6 +23,12 @@ namespace {
 
 // Rows that the file does not hold: so many in all, which are 128 MB.
 constexpr double kMostImplicitRows = 8'000'000;
+
+constexpr std::pair<std::string_view, NumberType> kAtfxTypes[] = {
+    {"ieeefloat8", NumberType::float64}, {"ieeefloat4", NumberType::float32}, {"dt_longlong", NumberType::int64},
+    {"dt_long", NumberType::int32},      {"dt_ulong", NumberType::uint32},    {"dt_short", NumberType::int16},
+    {"dt_ushort", NumberType::uint16},   {"dt_sbyte", NumberType::int8},      {"dt_byte", NumberType::uint8},
+    {"dt_boolean", NumberType::uint8}};
 
 // Concerns one column; the others can still be read.
 struct ColumnProblem : Error {
@@ -135,13 +140,8 @@ class AtfxReader {
   }
 
   double number(const std::string& word, const std::string& column) const {
-    double value = 0;
-    const char* first = word.data() + (word.starts_with('+') ? 1 : 0);
-    const auto [end, error] = std::from_chars(first, word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size()) {
-      fail(fmt::format("column '{}': '{}' must be a number", column, word.substr(0, 40)));
-    }
-    return value;
+    if (const auto value = signed_number_of<double>(word)) return *value;
+    fail(fmt::format("column '{}': '{}' must be a number", column, word.substr(0, 40)));
   }
 
   static Eigen::VectorXcd as_column(const std::vector<double>& numbers, bool complex) {
@@ -234,13 +234,9 @@ class AtfxReader {
   }
 
   long whole(std::string_view word, const char* what, const std::string& column) const {
-    long value = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size() || value < 0) {
-      fail(fmt::format("binary column '{}': {} = '{}': must be a non-negative integer", column, what,
-                       word.substr(0, 40)));
-    }
-    return value;
+    if (const auto value = number_of<long>(word); value && *value >= 0) return *value;
+    fail(
+        fmt::format("binary column '{}': {} = '{}': must be a non-negative integer", column, what, word.substr(0, 40)));
   }
 
   std::vector<double> read_component(const pugi::xml_node& part, const std::string& column) {
@@ -258,12 +254,10 @@ class AtfxReader {
       big = true;
       type.resize(type.size() - 4);
     }
-    const std::size_t width = type == "ieeefloat8" || type == "dt_longlong"                     ? 8
-                              : type == "ieeefloat4" || type == "dt_long" || type == "dt_ulong" ? 4
-                              : type == "dt_short" || type == "dt_ushort"                       ? 2
-                              : type == "dt_byte" || type == "dt_sbyte" || type == "dt_boolean" ? 1
-                                                                                                : 0;
-    if (width == 0) fail(fmt::format("binary column '{}': data type '{}' cannot be read", column, type));
+    const auto* const known = std::ranges::find(kAtfxTypes, type, &std::pair<std::string_view, NumberType>::first);
+    if (known == std::end(kAtfxTypes))
+      fail(fmt::format("binary column '{}': data type '{}' cannot be read", column, type));
+    const std::size_t width = width_of(known->second);
     const auto length = static_cast<std::size_t>(field(part, "length", column));
     const auto start = static_cast<std::size_t>(field(part, "inioffset", column));
     const auto per_block =
@@ -288,7 +282,6 @@ class AtfxReader {
       fail(fmt::format("binary column '{}': {} values do not fit into the {} bytes of '{}'", column, length,
                        data.size(), found->second));
 
-    const bool swap = big != (std::endian::native == std::endian::big);
     std::vector<double> numbers;
     numbers.reserve(length);
     for (std::size_t n = 0; n < length; ++n) {
@@ -297,22 +290,7 @@ class AtfxReader {
         fail(fmt::format("binary column '{}': value {} of {} lies beyond the end of '{}' ({} bytes)", column, n + 1,
                          length, found->second, data.size()));
       }
-      char raw[8] = {};
-      std::memcpy(raw, data.data() + at, width);
-      if (swap) std::reverse(raw, raw + width);
-      const auto as = [&]<class T>(T value) {
-        std::memcpy(&value, raw, sizeof value);
-        return static_cast<double>(value);
-      };
-      numbers.push_back(type == "ieeefloat8"    ? as(double{})
-                        : type == "ieeefloat4"  ? as(float{})
-                        : type == "dt_longlong" ? as(std::int64_t{})
-                        : type == "dt_long"     ? as(std::int32_t{})
-                        : type == "dt_ulong"    ? as(std::uint32_t{})
-                        : type == "dt_short"    ? as(std::int16_t{})
-                        : type == "dt_ushort"   ? as(std::uint16_t{})
-                        : type == "dt_sbyte"    ? as(std::int8_t{})
-                                                : as(std::uint8_t{}));
+      numbers_into(&numbers.emplace_back(), 1, std::string_view(data).substr(at), width, 0, known->second, big);
     }
     return numbers;
   }

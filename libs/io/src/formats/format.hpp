@@ -51,6 +51,10 @@ Format csv_format();
 std::string_view words_of_ending(std::string_view ending);
 std::string_view words_of_magic(std::string_view head);
 
+/// Motion that a response of this kind has, and back; nothing for what is no motion.
+Quantity motion_of(FrfKind kind);
+std::optional<FrfKind> kind_of_motion(Quantity motion);
+
 /// Content of a text file without byte order mark and leading blanks.
 std::string_view without_blanks(std::string_view head);
 

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
 #include "format.hpp"
 #include "whirl/core/error.hpp"
@@ -39,10 +38,7 @@ bool claims(const Format& format, std::string_view extension) {
 
 std::string extension_of(std::filesystem::path path) {
   if (path.extension() == ".gz") path.replace_extension();
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
+  return small_letters(path.extension().string());
 }
 
 /// ".h5, .mat or .csv": of the formats that have this.
@@ -207,6 +203,18 @@ std::optional<FrfKind> frf_kind(std::string_view name) {
     if (to_string(kind) == name) return kind;
   }
   throw Error::in_field("--kind", std::string(name), "receptance, mobility or accelerance");
+}
+
+Quantity motion_of(FrfKind kind) {
+  return kind == FrfKind::receptance ? Quantity::displacement
+         : kind == FrfKind::mobility ? Quantity::velocity
+                                     : Quantity::acceleration;
+}
+
+std::optional<FrfKind> kind_of_motion(Quantity motion) {
+  for (const FrfKind kind : {FrfKind::receptance, FrfKind::mobility, FrfKind::accelerance})
+    if (motion_of(kind) == motion) return kind;
+  return {};
 }
 
 std::string readable_formats() {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cctype>
-#include <charconv>
 #include <cmath>
 
 #include "whirl/core/error.hpp"
@@ -46,15 +45,17 @@ std::string_view columns(std::string_view line, std::size_t first, std::size_t w
 }
 
 long integer(const TextLines& lines, std::string_view line, std::size_t first, std::size_t width) {
-  std::string_view text = columns(line, first, width);
-  if (text.empty()) return 0;
-  if (text.front() == '+') text.remove_prefix(1);
-  long value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) {
-    lines.fail(fmt::format("'{}' in columns {} to {}: must be an integer", text, first + 1, first + width));
-  }
-  return value;
+  const std::string_view text = columns(line, first, width);
+  const std::optional<long> value = text.empty() ? 0 : signed_number_of<long>(text);
+  if (value) return *value;
+  lines.fail(fmt::format("'{}' in columns {} to {}: must be an integer", text.substr(text.front() == '+' ? 1 : 0),
+                         first + 1, first + width));
+}
+
+double factor_of(const std::string& column) {
+  const auto factor = number_of<double>(std::string_view(column).substr(column.rfind('*') + 1));
+  if (factor && std::isfinite(*factor) && *factor != 0) return *factor;
+  throw Error::in_field("--columns", column, "HEADER:name_unit*FACTOR with a number that is not zero");
 }
 
 void append_numbers(const TextLines& lines, std::string_view line, std::vector<double>& numbers) {

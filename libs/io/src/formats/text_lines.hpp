@@ -1,5 +1,7 @@
 #pragma once
 #include <algorithm>
+#include <charconv>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,6 +32,19 @@ class TextLines {
 };
 
 std::string_view trim(std::string_view text);
+/// The number that the whole text is, in the form of std::from_chars; the other one takes a + before it.
+template <class T>
+std::optional<T> number_of(std::string_view text) {
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+template <class T>
+std::optional<T> signed_number_of(std::string_view text) {
+  return number_of<T>(text.substr(text.starts_with('+') ? 1 : 0));
+}
+/// FACTOR of "HEADER:name_unit*FACTOR". Throws Error in the field --columns.
+double factor_of(const std::string& column);
 /// Trimmed text in UTF-8; what is no UTF-8 is taken for latin-1.
 std::string text_of(std::string_view raw);
 /// Columns [first, first + width), blanks trimmed; empty beyond the end.

@@ -62,9 +62,7 @@ struct ComediBoard::Api {
 };
 
 ComediBoard::ComediBoard(const VendorBoardOptions& options)
-    : options_(options),
-      api_(std::make_unique<Api>(options.library.empty() ? "libcomedi.so.0" : options.library)),
-      angle_(options.counts, options.bandwidth, options.sample_time) {
+    : VendorBoard(options), api_(std::make_unique<Api>(options.library.empty() ? "libcomedi.so.0" : options.library)) {
   api_->device = api_->open(options.device.c_str());
   if (!api_->device) throw Error::in_file(options.device, 0, "is no Comedi device, or may not be opened");
   const auto subdevice = [&](int type, const char* what) {
@@ -106,13 +104,7 @@ bool ComediBoard::read(BoardReading& out) noexcept {
     connected_ = false;
     return false;
   }
-  angle_.update(static_cast<std::int32_t>(raw << shift_));
-  out.tick = ++tick_;
-  out.beta = angle_.beta();
-  out.omega = angle_.omega();
-  out.omega_dot = angle_.omega_dot();
-  out.answered = answered_;
-  out.output = output_;
+  count(static_cast<std::int32_t>(raw << shift_), out);
   return true;
 }
 

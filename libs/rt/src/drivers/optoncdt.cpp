@@ -23,29 +23,18 @@ std::array<std::uint8_t, 3> encode(Value v) noexcept {
 }
 
 std::string_view to_string(SensorError error) {
-  switch (error) {
-    case SensorError::none:
-      return "none";
-    case SensorError::too_much_data:
-      return "too much data for the baud rate";
-    case SensorError::no_peak:
-      return "no peak";
-    case SensorError::peak_before_range:
-      return "peak before the measuring range";
-    case SensorError::peak_behind_range:
-      return "peak behind the measuring range";
-    case SensorError::not_calculable:
-      return "value not calculable";
-    case SensorError::peak_too_large:
-      return "peak too large";
-    case SensorError::laser_off:
-      return "laser off";
-    case SensorError::unknown_code:
-      return "unknown error code";
-    case SensorError::no_distance:
-      return "no distance";
-  }
-  return "?";
+  constexpr std::string_view kWords[kSensorErrors] = {"none",
+                                                      "too much data for the baud rate",
+                                                      "no peak",
+                                                      "peak before the measuring range",
+                                                      "peak behind the measuring range",
+                                                      "value not calculable",
+                                                      "peak too large",
+                                                      "laser off",
+                                                      "unknown error code",
+                                                      "no distance"};
+  const auto place = static_cast<std::size_t>(error);
+  return place < std::size(kWords) ? kWords[place] : "?";
 }
 
 Scale::Scale(double range, bool mastering) : range_(range), mastering_(mastering) {
@@ -58,32 +47,11 @@ Scale::Scale(double range, bool mastering) : range_(range), mastering_(mastering
 Reading Scale::operator()(std::uint32_t raw) const noexcept {
   Reading out;
   if (raw >= kFirstErrorCode) {
-    switch (raw) {
-      case 262075:
-        out.error = SensorError::too_much_data;
-        break;
-      case 262076:
-        out.error = SensorError::no_peak;
-        break;
-      case 262077:
-        out.error = SensorError::peak_before_range;
-        break;
-      case 262078:
-        out.error = SensorError::peak_behind_range;
-        break;
-      case 262080:
-        out.error = SensorError::not_calculable;
-        break;
-      case 262081:
-        out.error = SensorError::peak_too_large;
-        break;
-      case 262082:
-        out.error = SensorError::laser_off;
-        break;
-      default:
-        out.error = SensorError::unknown_code;
-        break;
-    }
+    using enum SensorError;
+    constexpr SensorError kFrom262075[] = {too_much_data, no_peak,        peak_before_range, peak_behind_range,
+                                           unknown_code,  not_calculable, peak_too_large,    laser_off};
+    const std::uint32_t place = raw - 262075;
+    out.error = place < std::size(kFrom262075) ? kFrom262075[place] : unknown_code;
   } else if (raw > kFullScale && !mastering_) {
     out.error = SensorError::no_distance;
   }
@@ -99,10 +67,6 @@ Reading Scale::operator()(std::uint32_t raw) const noexcept {
 }
 
 double Scale::resolution() const noexcept { return 1.02 / kFullScale * range_; }
-
-double timestamp(std::uint32_t low, std::uint32_t high) noexcept {
-  return (65536.0 * (high & 0xffff) + (low & 0xffff)) / 100 * 1e-3;
-}
 
 bool ValueDecoder::push(std::uint8_t byte, Value& value) noexcept {
   ++statistics_.bytes;

@@ -8,6 +8,17 @@
 
 namespace whirl::rt {
 
+void VendorBoard::count(std::int32_t encoder, BoardReading& out) noexcept {
+  angle_.update(encoder);
+  out.tick = ++tick_;
+  out.beta = angle_.beta();
+  out.omega = angle_.omega();
+  out.omega_dot = angle_.omega_dot();
+  out.answered = answered_;
+  out.output = output_;
+  out.expired = expired_;
+}
+
 // Signatures from the maker's documentation of the HIL C API.
 struct QuanserBoard::Api {
   using Card = void*;
@@ -46,9 +57,7 @@ struct QuanserBoard::Api {
 };
 
 QuanserBoard::QuanserBoard(const VendorBoardOptions& options)
-    : options_(options),
-      api_(std::make_unique<Api>(options.library.empty() ? "libhil.so" : options.library)),
-      angle_(options.counts, options.bandwidth, options.sample_time) {
+    : VendorBoard(options), api_(std::make_unique<Api>(options.library.empty() ? "libhil.so" : options.library)) {
   const auto check = [&](int code, const char* what) {
     if (code < 0)
       throw Error(fmt::format("board {} {}: {} failed with code {}", options.card, options.device, what, code));
@@ -74,20 +83,13 @@ QuanserBoard::~QuanserBoard() {
 }
 
 bool QuanserBoard::read(BoardReading& out) noexcept {
-  std::int32_t count = 0;
+  std::int32_t encoder = 0;
   if (api_->read(api_->card, options_.inputs.data(), 4, &options_.encoder, 1, nullptr, 0, nullptr, 0, out.analog.data(),
-                 &count, nullptr, nullptr) < 0) {
+                 &encoder, nullptr, nullptr) < 0) {
     connected_ = false;
     return false;
   }
-  angle_.update(count);
-  out.tick = ++tick_;
-  out.beta = angle_.beta();
-  out.omega = angle_.omega();
-  out.omega_dot = angle_.omega_dot();
-  out.answered = answered_;
-  out.output = output_;
-  out.expired = expired_;
+  count(encoder, out);
   return true;
 }
 

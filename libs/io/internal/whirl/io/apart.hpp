@@ -28,6 +28,7 @@ class ParcelWriter {
 
  private:
   void bytes(std::span<const std::byte> b);
+  void write(std::string_view left) const;
   int descriptor_;
   std::string buffer_;
 };

@@ -19,20 +19,6 @@ struct ChannelInfo {
   std::vector<std::string> damage;    ///< clipped, frozen, spikes: `records::check` tells more of these
 };
 
-/// What a record looks like, for `whirl info`.
-struct RecordingInfo {
-  std::string source;
-  double rate = 0;      ///< Hz
-  double duration = 0;  ///< s, number of samples / rate
-  long samples = 0;
-  std::vector<ChannelInfo> channels;
-};
-
-/// Range, mean and rms of every channel, and findings: constant; clipped (the extreme value is held for
-/// several samples again and again); frozen (the same value for a long stretch in the middle of a changing
-/// signal); dominated by its mean; coarse quantisation; single-sample spikes.
-RecordingInfo describe(const Recording& record);
-
 /// What a file of any format holds, for `whirl info`. A table is a set of channels over one abscissa.
 struct TableInfo {
   std::string name;
@@ -46,13 +32,15 @@ struct FileInfo {
   std::vector<TableInfo> tables;
   std::vector<std::string> contents, findings;
 };
+/// Range, mean and rms of every channel, and findings: constant; clipped (the extreme value is held for
+/// several samples again and again); frozen (the same value for a long stretch in the middle of a changing
+/// signal); dominated by its mean; coarse quantisation; single-sample spikes.
 FileInfo describe(const SignalFile& file);
 /// The same of a file in parts: ranges, means, missing and constant values, no damage. `progress` is told the share
 /// that is done.
 FileInfo describe(SignalStream& stream, const std::function<void(double)>& progress);
 
 /// As a table for people.
-std::string to_string(const RecordingInfo& info);
 std::string to_string(const FileInfo& info);
 
 }  // namespace whirl::io

@@ -11,6 +11,7 @@
 #include <span>
 
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 
 namespace whirl::io {
 namespace {
@@ -267,9 +268,7 @@ bool names_time(const NamedArray& array) { return is_one_of(word_of(array), kTim
 
 std::string word_of(const NamedArray& array) {
   const NameWithUnit split = split_unit(array.name);
-  std::string word = split.unit != nullptr && !split.name.empty() ? split.name : array.name;
-  for (char& c : word) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return word;
+  return small_letters(split.unit != nullptr && !split.name.empty() ? split.name : array.name);
 }
 
 void set_values(NamedArray& array, const Eigen::VectorXd& real, const Eigen::VectorXd& imaginary,

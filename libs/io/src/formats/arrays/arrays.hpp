@@ -64,14 +64,13 @@ struct StoredArray {
 
 /// The arrays of a file; `take` gets them one by one, and `file` the rest. `most_unpacked`: bytes of a packed one.
 using TakeArray = std::function<void(StoredArray&&)>;
-using ReadArrays = std::function<void(const std::shared_ptr<const RandomBytes>& bytes, std::size_t most_unpacked,
-                                      SignalFile& file, const TakeArray& take)>;
+using ReadArrays = void (*)(const std::shared_ptr<const RandomBytes>& bytes, std::size_t most_unpacked,
+                            SignalFile& file, const TakeArray& take);
 /// All of them, as signals.
-SignalFile read_arrays(const std::shared_ptr<const RandomBytes>& bytes, const ReadArrays& read,
+SignalFile read_arrays(const std::shared_ptr<const RandomBytes>& bytes, ReadArrays read,
                        const ResponseOptions* wanted = nullptr);
 /// The arrays of the file as the channels of one record, to be read in parts.
-std::unique_ptr<SignalStream> stream_arrays(const std::filesystem::path& path, const ReadArrays& read,
-                                            const PartRows& rows);
+std::unique_ptr<SignalStream> stream_arrays(const std::filesystem::path& path, ReadArrays read, const PartRows& rows);
 /// How long the record is that these arrays are: as their time, failing that as the longest. Small ones beside it are
 /// taken out, with a finding. Throws Error where one has so many other values that it is a record too.
 Eigen::Index rows_of_record(std::vector<StoredArray>& arrays, SignalFile& file);
@@ -105,5 +104,22 @@ AxisUnit unit_by_numbers(const Eigen::VectorXd& values);
 /// the unit ("m/s^2/N"); without one it is that of the options, in SI. Throws Error when neither says it, and when
 /// arrays over a frequency, and no record, are there that are none.
 std::optional<FrequencyResponse> responses_of(const SignalFile& file, const ResponseOptions& options);
+
+/// A format whose files hold arrays, which begin with what `recognises`: read whole, in parts, and as responses.
+template <ReadArrays Read>
+Format format_of_arrays(FileFormat id, std::string_view words, std::vector<std::string_view> extensions,
+                        bool (*recognises)(std::string_view head)) {
+  Format f{id, words, std::move(extensions), recognises, true};
+  f.read = [](const std::filesystem::path& path, const CsvOptions&) {
+    return read_arrays(std::make_shared<RandomBytes>(path, kMostRead), Read);
+  };
+  f.stream = [](const std::filesystem::path& path, const CsvOptions&, const PartRows& rows) {
+    return stream_arrays(path, Read, rows);
+  };
+  f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
+    return responses_of(read_arrays(std::make_shared<RandomBytes>(path, kMostRead), Read, &options), options);
+  };
+  return f;
+}
 
 }  // namespace whirl::io

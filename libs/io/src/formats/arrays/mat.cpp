@@ -20,20 +20,7 @@
 namespace whirl::io {
 namespace {
 
-enum : std::uint32_t {
-  kInt8 = 1,
-  kUint8 = 2,
-  kInt16 = 3,
-  kUint16 = 4,
-  kInt32 = 5,
-  kUint32 = 6,
-  kSingle = 7,
-  kDouble = 9,
-  kInt64 = 12,
-  kUint64 = 13,
-  kMatrix = 14,
-  kCompressed = 15
-};
+enum : std::uint32_t { kInt8 = 1, kInt32 = 5, kUint32 = 6, kDouble = 9, kMatrix = 14, kCompressed = 15 };
 enum : unsigned {
   kCell = 1,
   kStruct = 2,
@@ -58,30 +45,10 @@ struct MatElement {
 };
 
 std::optional<NumberType> number_type(std::uint32_t type) {
-  switch (type) {
-    case kInt8:
-      return NumberType::int8;
-    case kUint8:
-      return NumberType::uint8;
-    case kInt16:
-      return NumberType::int16;
-    case kUint16:
-      return NumberType::uint16;
-    case kInt32:
-      return NumberType::int32;
-    case kUint32:
-      return NumberType::uint32;
-    case kSingle:
-      return NumberType::float32;
-    case kDouble:
-      return NumberType::float64;
-    case kInt64:
-      return NumberType::int64;
-    case kUint64:
-      return NumberType::uint64;
-    default:
-      return {};
-  }
+  using enum NumberType;
+  constexpr std::optional<NumberType> kTypes[] = {{},      int8, uint8,   int16, uint16, int32, uint32,
+                                                  float32, {},   float64, {},    {},     int64, uint64};
+  return type < std::size(kTypes) ? kTypes[type] : std::nullopt;
 }
 
 class MatReader {
@@ -353,20 +320,10 @@ void write_mat(const std::filesystem::path& path, const Recording& recording) {
 }
 
 Format mat_format() {
-  Format f{FileFormat::mat, "MAT", {".mat"}, [](std::string_view head) { return head.starts_with("MATLAB 5.0"); }};
-  f.magic = true;
-  f.read = [](const std::filesystem::path& path, const CsvOptions&) {
-    return read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_mat_arrays);
-  };
+  Format f = format_of_arrays<read_mat_arrays>(FileFormat::mat, "MAT", {".mat"},
+                                               [](std::string_view head) { return head.starts_with("MATLAB 5.0"); });
   f.write = write_mat;
   f.missing = "NaN";
-  f.stream = [](const std::filesystem::path& path, const CsvOptions&, const PartRows& rows) {
-    return stream_arrays(path, read_mat_arrays, rows);
-  };
-  f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
-    return responses_of(read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_mat_arrays, &options),
-                        options);
-  };
   return f;
 }
 

@@ -103,23 +103,10 @@ void read_mat4_arrays(const std::shared_ptr<const RandomBytes>& in, std::size_t,
 }  // namespace
 
 Format mat4_format() {
-  Format f{FileFormat::mat4, "MAT", {".mat"}, [](std::string_view head) {
-             const std::optional<Header> h = header_at(head);
-             return h && h->kind < 3 && head.size() >= kHeader + h->name_length &&
-                    is_name(head.substr(kHeader, h->name_length));
-           }};
-  f.magic = true;
-  f.read = [](const std::filesystem::path& path, const CsvOptions&) {
-    return read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_mat4_arrays);
-  };
-  f.stream = [](const std::filesystem::path& path, const CsvOptions&, const PartRows& rows) {
-    return stream_arrays(path, read_mat4_arrays, rows);
-  };
-  f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
-    return responses_of(read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_mat4_arrays, &options),
-                        options);
-  };
-  return f;
+  return format_of_arrays<read_mat4_arrays>(FileFormat::mat4, "MAT", {".mat"}, [](std::string_view head) {
+    const std::optional<Header> h = header_at(head);
+    return h && h->kind < 3 && head.size() >= kHeader + h->name_length && is_name(head.substr(kHeader, h->name_length));
+  });
 }
 
 }  // namespace whirl::io

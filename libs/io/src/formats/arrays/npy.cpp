@@ -10,6 +10,7 @@
 #include "formats/arrays/arrays.hpp"
 #include "formats/arrays/bytes.hpp"
 #include "formats/format.hpp"
+#include "formats/text_lines.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/units.hpp"
@@ -153,9 +154,9 @@ class NpyReader {
       Field field{std::string(quoted(at))};
       const std::string_view code = quoted(at);
       if (code.starts_with("|V")) {  // padding
-        const auto [end, error] = std::from_chars(code.data() + 2, code.data() + code.size(), width);
-        if (error != std::errc() || end != code.data() + code.size() || width > (std::size_t{1} << 30)) return false;
-        item_ += width;
+        const auto bytes = number_of<std::size_t>(code.substr(2));
+        if (!bytes || *bytes > (std::size_t{1} << 30)) return false;
+        item_ += *bytes;
         continue;
       }
       if (!read_code(code, field, width)) return false;
@@ -419,25 +420,15 @@ void write_npz(const std::filesystem::path& path, const Recording& recording) {
 }  // namespace
 
 Format numpy_format() {
-  Format f{FileFormat::numpy, "NPY or NPZ", {".npz", ".npy"}, [](std::string_view head) {
-             if (head.starts_with(kMagic)) return true;
-             if (!head.starts_with(std::string_view("PK\x03\x04", 4)) || head.size() < 30) return false;
-             const std::size_t length = number_at<std::uint16_t>(head, 26, false);
-             return head.size() >= 30 + length && head.substr(30, length).ends_with(".npy");
-           }};
-  f.magic = true;
-  f.read = [](const std::filesystem::path& path, const CsvOptions&) {
-    return read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_numpy_arrays);
-  };
+  Format f =
+      format_of_arrays<read_numpy_arrays>(FileFormat::numpy, "NPY or NPZ", {".npz", ".npy"}, [](std::string_view head) {
+        if (head.starts_with(kMagic)) return true;
+        if (!head.starts_with(std::string_view("PK\x03\x04", 4)) || head.size() < 30) return false;
+        const std::size_t length = number_at<std::uint16_t>(head, 26, false);
+        return head.size() >= 30 + length && head.substr(30, length).ends_with(".npy");
+      });
   f.write = write_npz;
   f.missing = "NaN";
-  f.stream = [](const std::filesystem::path& path, const CsvOptions&, const PartRows& rows) {
-    return stream_arrays(path, read_numpy_arrays, rows);
-  };
-  f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
-    return responses_of(read_arrays(std::make_shared<RandomBytes>(path, kMostRead), read_numpy_arrays, &options),
-                        options);
-  };
   return f;
 }
 

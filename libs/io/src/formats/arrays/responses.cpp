@@ -22,17 +22,8 @@ std::optional<Meaning> meaning_of(const std::string& label) {
   const UnitSuffix* motion = unit_from_label(label.substr(0, slash));
   const UnitSuffix* force = unit_from_label(label.substr(slash + 1));
   if (motion == nullptr || force == nullptr || force->quantity != Quantity::force) return {};
-  const double factor = motion->to_si(1) / force->to_si(1);
-  switch (motion->quantity) {
-    case Quantity::displacement:
-      return Meaning{FrfKind::receptance, factor};
-    case Quantity::velocity:
-      return Meaning{FrfKind::mobility, factor};
-    case Quantity::acceleration:
-      return Meaning{FrfKind::accelerance, factor};
-    default:
-      return {};
-  }
+  const std::optional<FrfKind> kind = kind_of_motion(motion->quantity);
+  return kind ? std::optional(Meaning{*kind, motion->to_si(1) / force->to_si(1)}) : std::nullopt;
 }
 
 // H(2,1): second response to the first reference; "3:+Z/1:+X" names both. Numbers are no points: out2 is not in2.

@@ -25,9 +25,9 @@ bool fits(const StoredArray& array, Eigen::Index rows) {
 
 class ArrayRows : public RowReader {
  public:
-  ArrayRows(const std::filesystem::path& path, const ReadArrays& read) {
-    read(std::make_shared<RandomBytes>(path), kUnpackedBeside, file_,
-         [&](StoredArray&& array) { arrays_.push_back(std::move(array)); });
+  ArrayRows(const std::filesystem::path& path, ReadArrays arrays) {
+    arrays(std::make_shared<RandomBytes>(path), kUnpackedBeside, file_,
+           [&](StoredArray&& array) { arrays_.push_back(std::move(array)); });
     rows_ = rows_of_record(arrays_, file_);
   }
   std::string name() const override { return file_.source; }
@@ -91,7 +91,7 @@ NamedArray StoredArray::load(Eigen::Index first, Eigen::Index count, Eigen::Inde
   return array;
 }
 
-SignalFile read_arrays(const std::shared_ptr<const RandomBytes>& bytes, const ReadArrays& read,
+SignalFile read_arrays(const std::shared_ptr<const RandomBytes>& bytes, ReadArrays read,
                        const ResponseOptions* wanted) {
   SignalFile file;
   std::vector<NamedArray> loaded;
@@ -102,8 +102,7 @@ SignalFile read_arrays(const std::shared_ptr<const RandomBytes>& bytes, const Re
   return file;
 }
 
-std::unique_ptr<SignalStream> stream_arrays(const std::filesystem::path& path, const ReadArrays& read,
-                                            const PartRows& rows) {
+std::unique_ptr<SignalStream> stream_arrays(const std::filesystem::path& path, ReadArrays read, const PartRows& rows) {
   return stream_rows(std::make_unique<ArrayRows>(path, read), rows);
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "whirl/core/names.hpp"
+
 namespace whirl::io::detail {
 
 std::string_view trim_of(std::string_view text, std::string_view what) {
@@ -51,9 +53,7 @@ Parsed parse_number(std::string_view text, double& value) {
 }
 
 bool is_missing(std::string_view text) {
-  std::string small(text);
-  std::transform(small.begin(), small.end(), small.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  const std::string small = small_letters(text);
   return small.empty() || small == "nan" || small == "-nan" || small == "na" || small == "n/a" || small == "null" ||
          small == "over" || small == "ovld" || small == "overload" || small == "ol" || small == "---";
 }

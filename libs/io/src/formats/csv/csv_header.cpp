@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 
+#include "formats/csv/csv_fields.hpp"
 #include "formats/text_lines.hpp"
 #include "formats/usual_unit.hpp"
 #include "whirl/core/error.hpp"
@@ -15,12 +15,6 @@
 namespace whirl::io::detail {
 namespace {
 
-std::string_view trim_blanks(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
 /// "Probe 1 [mm]" -> "Probe 1", "mm"; "t / s" -> "t", "s". The label is empty when there is none.
 std::pair<std::string_view, std::string_view> instrument_form(std::string_view text) {
   constexpr std::string_view kOpen = "[({", kClose = "])}";
@@ -28,15 +22,15 @@ std::pair<std::string_view, std::string_view> instrument_form(std::string_view t
   if (const std::size_t kind = kClose.find(text.back()); kind != std::string_view::npos) {
     const std::size_t open = text.rfind(kOpen[kind]);
     if (open == std::string_view::npos) return {text, {}};
-    return {trim_blanks(text.substr(0, open)), trim_blanks(text.substr(open + 1, text.size() - open - 2))};
+    return {trim_of(text.substr(0, open)), trim_of(text.substr(open + 1, text.size() - open - 2))};
   }
   const std::size_t slash = text.rfind(" / ");
   if (slash == std::string_view::npos) return {text, {}};
-  return {trim_blanks(text.substr(0, slash)), trim_blanks(text.substr(slash + 3))};
+  return {trim_of(text.substr(0, slash)), trim_of(text.substr(slash + 3))};
 }
 
 std::string plain_name(std::string_view text) {
-  std::string name = one_line(trim_blanks(text));
+  std::string name = one_line(trim_of(text));
   std::replace_if(
       name.begin(), name.end(), [](char c) { return c == ' ' || c == '\t'; }, '_');
   return name;
@@ -80,7 +74,7 @@ Heading heading_of(std::string_view raw) {
   if (h.text == "hz" || h.text == "Hz") return {h.text, "freq", find_unit("hz")};
   if (const NameWithUnit split = split_unit(text); split.unit != nullptr)
     return {h.text, one_line(split.name), split.unit};
-  const auto [name, label] = instrument_form(trim_blanks(text));
+  const auto [name, label] = instrument_form(trim_of(text));
   if (!label.empty()) {
     if (const UnitSuffix* unit = unit_from_label(label)) return {h.text, plain_name(name), unit, true};
   }
@@ -236,9 +230,8 @@ ColumnChoice choose_column(const std::string& spec, const std::vector<Heading>& 
   ColumnChoice choice;
   choice.heading = place(from);
   if (choice.heading == headings.size()) {
-    std::size_t number = 0;
-    const auto [end, error] = std::from_chars(from.data(), from.data() + from.size(), number);
-    if (error != std::errc{} || end != from.data() + from.size() || number < 1 || number > headings.size()) {
+    const std::size_t number = number_of<std::size_t>(from).value_or(0);
+    if (number < 1 || number > headings.size()) {
       const bool headless = headings.empty() || headings.front().text.empty();
       throw Error(fmt::format("no column '{}'; {}", from,
                               headless ? fmt::format("the file has no header: write 1 to {}", headings.size())
@@ -255,10 +248,7 @@ ColumnChoice choose_column(const std::string& spec, const std::vector<Heading>& 
   }
   const std::size_t star = to.rfind('*');
   if (star != std::string::npos) {
-    const char *first = to.data() + star + 1, *last = to.data() + to.size();
-    const auto [end, error] = std::from_chars(first, last, choice.factor);
-    if (error != std::errc() || end != last || !std::isfinite(choice.factor) || choice.factor == 0)
-      throw Error::in_field("--columns", spec, "HEADER:name_unit*FACTOR with a number that is not zero");
+    choice.factor = factor_of(spec);
     to.resize(star);
   }
   const Heading wanted = parse_heading(to);

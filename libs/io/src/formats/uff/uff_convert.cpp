@@ -15,21 +15,20 @@
 namespace whirl::io {
 namespace {
 
+constexpr std::pair<int, Quantity> kQuantities[] = {{8, Quantity::displacement},
+                                                    {11, Quantity::velocity},
+                                                    {12, Quantity::acceleration},
+                                                    {13, Quantity::force},
+                                                    {15, Quantity::pressure}};
+
 Quantity quantity_of(int type) {
-  switch (type) {
-    case 8:
-      return Quantity::displacement;
-    case 11:
-      return Quantity::velocity;
-    case 12:
-      return Quantity::acceleration;
-    case 13:
-      return Quantity::force;
-    case 15:
-      return Quantity::pressure;
-    default:
-      return Quantity::dimensionless;
-  }
+  const auto* const known = std::ranges::find(kQuantities, type, &std::pair<int, Quantity>::first);
+  return known == std::end(kQuantities) ? Quantity::dimensionless : known->second;
+}
+
+int type_of(Quantity quantity) {
+  const auto* const known = std::ranges::find(kQuantities, quantity, &std::pair<int, Quantity>::second);
+  return known == std::end(kQuantities) ? 1 : known->first;
 }
 
 bool is_blank(const std::string& unit) { return unit.empty() || unit == "NONE"; }
@@ -195,13 +194,6 @@ SignalFile signals_from_uff(const UffFile& file) {
 
 namespace {
 
-const UnitSuffix* unit_of(std::optional<FrfKind> kind) {
-  if (!kind) return nullptr;
-  return &si_suffix(*kind == FrfKind::receptance ? Quantity::displacement
-                    : *kind == FrfKind::mobility ? Quantity::velocity
-                                                 : Quantity::acceleration);
-}
-
 // The lines of a frequency response in Hz.
 Eigen::VectorXd lines_of(const UffFile& file, const UffFunction& f, const std::string& what) {
   const double scale = abscissa_scale(f.abscissa, Quantity::frequency);
@@ -242,33 +234,24 @@ FrequencyResponse frf_from_uff(const UffFile& file, std::optional<FrfKind> meant
         motion.resize(slash);
       }
     }
-    const UnitSuffix numerator = motion_unit(file, f.ordinate, motion, what + " (response)", unit_of(meant));
+    const UnitSuffix numerator =
+        motion_unit(file, f.ordinate, motion, what + " (response)", meant ? &si_suffix(motion_of(*meant)) : nullptr);
     const UnitSuffix denominator = motion_unit(file, f.denominator.type == 13 ? f.denominator : UffAxis{13, {}, {}},
                                                force, what + " (force)", meant ? &si_suffix(Quantity::force) : nullptr);
     if (denominator.quantity != Quantity::force) {
       throw Error::in_file(file.source, 0,
                            fmt::format("{} is per {}: must be per force", what, to_string(denominator.quantity)));
     }
-    FrfKind kind = FrfKind::accelerance;
-    switch (numerator.quantity) {
-      case Quantity::displacement:
-        kind = FrfKind::receptance;
-        break;
-      case Quantity::velocity:
-        kind = FrfKind::mobility;
-        break;
-      case Quantity::acceleration:
-        break;
-      default:
-        throw Error::in_file(file.source, 0,
-                             fmt::format("{} shows {}: must be displacement, velocity or acceleration", what,
-                                         to_string(numerator.quantity)));
-    }
+    const std::optional<FrfKind> kind = kind_of_motion(numerator.quantity);
+    if (!kind)
+      throw Error::in_file(file.source, 0,
+                           fmt::format("{} shows {}: must be displacement, velocity or acceleration", what,
+                                       to_string(numerator.quantity)));
     const Eigen::VectorXd lines = lines_of(file, f, what);
     const Eigen::Index n = lines.size();
     const double step = n > 1 ? lines[1] - lines[0] : 1;
     if (frf.channels.empty()) {
-      frf.kind = kind;
+      frf.kind = *kind;
       frf.frequency = lines;
     } else if (kind != frf.kind || n != frf.frequency.size() ||
                (n > 0 && std::abs(lines[0] - frf.frequency[0]) > 1e-4 * step) ||
@@ -290,8 +273,7 @@ FrequencyResponse frf_from_uff(const UffFile& file, std::optional<FrfKind> meant
 UffFile uff_from_frf(const FrequencyResponse& frf) {
   UffFile file;
   file.units.push_back({1, "SI: Meter (newton)", 1, 1, 1, 273.15});
-  const int type = frf.kind == FrfKind::receptance ? 8 : frf.kind == FrfKind::mobility ? 11 : 12;
-  const char* unit = frf.kind == FrfKind::receptance ? "m" : frf.kind == FrfKind::mobility ? "m/s" : "m/s^2";
+  const Quantity motion = motion_of(frf.kind);
   long number = 0;
   for (const auto& channel : frf.channels) {
     UffFunction f;
@@ -308,7 +290,7 @@ UffFile uff_from_frf(const FrequencyResponse& frf) {
     f.value = channel.value;
     f.declared = channel.value.size();
     f.abscissa = {18, "Frequency", "Hz"};
-    f.ordinate = {type, std::string(to_string(frf.kind)), unit};
+    f.ordinate = {type_of(motion), std::string(to_string(frf.kind)), std::string(si_unit(motion))};
     f.denominator = {13, "Force", "N"};
     file.functions.push_back(std::move(f));
   }
@@ -330,11 +312,7 @@ UffFile uff_from_recording(const Recording& recording) {
     f.value = channel.samples.cast<std::complex<double>>();
     f.declared = f.value.size();
     f.abscissa = {17, "Time", "s"};
-    int type = 1;
-    for (int t : {8, 11, 12, 13, 15}) {
-      if (quantity_of(t) == channel.quantity) type = t;
-    }
-    f.ordinate = {type, channel.name, std::string(si_unit(channel.quantity))};
+    f.ordinate = {type_of(channel.quantity), channel.name, std::string(si_unit(channel.quantity))};
     file.functions.push_back(std::move(f));
   }
   return file;

@@ -1,7 +1,6 @@
 #include "formats/uff/uff_points.hpp"
 
 #include <array>
-#include <charconv>
 #include <optional>
 #include <vector>
 
@@ -12,21 +11,13 @@ namespace {
 
 constexpr std::size_t kWords = 10, kNameEnds[] = {40, 65};  // the last column of each name, from 0
 
-std::optional<long> whole_number(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  long value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
-  return value;
-}
-
 // A name runs over its last column, or a number behind one is none.
 bool leaves_columns(std::string_view line) {
   for (const std::size_t end : kNameEnds) {
     if (line.size() > end + 1 && line[end] != ' ' && line[end + 1] != ' ') return true;
     for (const auto& [first, width] : {std::pair<std::size_t, std::size_t>{end + 1, 10}, {end + 11, 4}}) {
       const std::string_view word = columns(line, first, width);
-      if (!word.empty() && !whole_number(word)) return true;
+      if (!word.empty() && !signed_number_of<long>(word)) return true;
     }
   }
   return false;
@@ -46,7 +37,7 @@ bool read_points_by_blanks(std::string_view line, UffFunction& f) {
   std::array<long, kWords> number{};
   for (std::size_t k = 0; k < kWords; ++k) {
     if (k == 4 || k == 7) continue;
-    const std::optional<long> value = whole_number(words[k]);
+    const std::optional<long> value = signed_number_of<long>(words[k]);
     if (!value || *value < -99999999 || *value > 999999999) return false;
     number[k] = *value;
   }

@@ -1,7 +1,6 @@
 // LabVIEW measurement files: text, a header for the file, one for each segment, then rows.
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <map>
 
@@ -82,13 +81,8 @@ class LvmReader {
     if (decimal_ != '.') {
       for (char& c : text) c = c == decimal_ ? '.' : c;
     }
-    const char* first = text.data() + (text.starts_with('+') ? 1 : 0);
-    double v = 0;
-    const auto [end, error] = std::from_chars(first, text.data() + text.size(), v);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(v)) {
-      lines_.fail(fmt::format("{}: '{}' must be a finite number", what, text.substr(0, 40)));
-    }
-    return v;
+    if (const auto value = signed_number_of<double>(text); value && std::isfinite(*value)) return *value;
+    lines_.fail(fmt::format("{}: '{}' must be a finite number", what, text.substr(0, 40)));
   }
 
   void read_segment() {

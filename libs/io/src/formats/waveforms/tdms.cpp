@@ -14,41 +14,32 @@
 namespace whirl::io {
 namespace {
 
-class TdmsReader {
+class TdmsReader : public RowReader {
  public:
   explicit TdmsReader(std::shared_ptr<const RandomBytes> in) : in_(std::move(in)), layout_(tdms_layout(in_)) {}
 
-  std::string name() const { return in_->name(); }
+  std::string name() const override { return in_->name(); }
+  Eigen::Index rows() const override { return rows_; }
 
-  SignalFile read() {
-    SignalFile file = read({});
-    tell_rounding(file);
-    return file;
-  }
-
-  /// Of the channels as one record: as the longest. Small ones beside it are taken out, with a finding.
-  Eigen::Index rows_of_record() {
+  /// Its channels become one record, as long as the longest. Small ones beside it are taken out, with a finding.
+  void take_as_record() {
     constexpr Eigen::Index kFew = 65536;
-    Eigen::Index rows = 0;
-    for (const auto& [path, channel] : layout_.channels) rows = std::max(rows, channel.data.count());
+    for (const auto& [path, channel] : layout_.channels) rows_ = std::max(rows_, channel.data.count());
     for (auto& [path, channel] : layout_.channels) {
       const Eigen::Index own = channel.data.count();
-      if (own == 0 || own == rows) continue;
+      if (own == 0 || own == rows_) continue;
       const std::string what =
-          fmt::format("channel '{}' has {} samples, the record {}", tdms_names(path).second, own, rows);
+          fmt::format("channel '{}' has {} samples, the record {}", tdms_names(path).second, own, rows_);
       if (own > kFew)
         throw Error::in_file(layout_.file.source, 0, what + ": such a file cannot be read in parts, only whole");
       layout_.file.findings.push_back(what + ": left out, as the file is read in parts");
       channel.has_data = false;
     }
-    return rows;
   }
 
-  /// Rows first .. first + count of a record of so many; count 0: all of every channel.
-  struct Part {
-    Eigen::Index first = 0, count = 0, rows = 0;
-  };
-  SignalFile read(const Part& part) {
+  /// Count 0: all of every channel.
+  SignalFile read(Eigen::Index first, Eigen::Index count) override {
+    const Part part{first, count};
     SignalFile file = layout_.file;
     const std::map<std::string, Times> times = find_times(part);
     for (const std::string& path : layout_.order) add(path, part, times, file);
@@ -56,6 +47,10 @@ class TdmsReader {
   }
 
  private:
+  struct Part {
+    Eigen::Index first, count;
+  };
+
   // The object's own scales, or those of its group or of the file.
   const TdmsProperties& scales_of(const std::string& path) const {
     const std::string group = path.substr(0, path.find("'/'") + 1);
@@ -156,19 +151,7 @@ class TdmsReader {
 
   std::shared_ptr<const RandomBytes> in_;
   TdmsLayout layout_;
-};
-
-class TdmsRows : public RowReader {
- public:
-  explicit TdmsRows(const std::filesystem::path& path)
-      : reader_(std::make_shared<RandomBytes>(path)), rows_(reader_.rows_of_record()) {}
-  std::string name() const override { return reader_.name(); }
-  Eigen::Index rows() const override { return rows_; }
-  SignalFile read(Eigen::Index first, Eigen::Index count) override { return reader_.read({first, count, rows_}); }
-
- private:
-  TdmsReader reader_;
-  Eigen::Index rows_;
+  Eigen::Index rows_ = 0;
 };
 
 }  // namespace
@@ -177,10 +160,14 @@ Format tdms_format() {
   Format f{FileFormat::tdms, "TDMS", {".tdms"}, [](std::string_view head) { return head.starts_with("TDSm"); }};
   f.magic = true;
   f.read = [](const std::filesystem::path& path, const CsvOptions&) {
-    return TdmsReader(std::make_shared<RandomBytes>(path, kMostRead)).read();
+    SignalFile file = TdmsReader(std::make_shared<RandomBytes>(path, kMostRead)).read(0, 0);
+    tell_rounding(file);
+    return file;
   };
   f.stream = [](const std::filesystem::path& path, const CsvOptions&, const PartRows& rows) {
-    return stream_rows(std::make_unique<TdmsRows>(path), rows);
+    auto reader = std::make_unique<TdmsReader>(std::make_shared<RandomBytes>(path));
+    reader->take_as_record();
+    return stream_rows(std::move(reader), rows);
   };
   return f;
 }

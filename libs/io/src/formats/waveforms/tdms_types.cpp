@@ -5,37 +5,25 @@
 namespace whirl::io {
 
 std::optional<TdmsType> tdms_type(std::uint32_t code) {
-  switch (code) {
-    case 1:
-      return TdmsType{NumberType::int8};
-    case 2:
-      return TdmsType{NumberType::int16};
-    case 3:
-      return TdmsType{NumberType::int32};
-    case 4:
-      return TdmsType{NumberType::int64};
-    case 5:
-    case kTdmsBoolean:
-      return TdmsType{NumberType::uint8};
-    case 6:
-      return TdmsType{NumberType::uint16};
-    case 7:
-      return TdmsType{NumberType::uint32};
-    case 8:
-      return TdmsType{NumberType::uint64};
-    case 9:
-    case 0x19:
-      return TdmsType{NumberType::float32};
-    case 10:
-    case 0x1A:
-      return TdmsType{NumberType::float64};
-    case 0x08000C:
-      return TdmsType{NumberType::float32, true};
-    case 0x10000D:
-      return TdmsType{NumberType::float64, true};
-    default:
-      return {};
-  }
+  using enum NumberType;
+  constexpr std::pair<std::uint32_t, TdmsType> kTypes[] = {{1, {int8}},
+                                                           {2, {int16}},
+                                                           {3, {int32}},
+                                                           {4, {int64}},
+                                                           {5, {uint8}},
+                                                           {kTdmsBoolean, {uint8}},
+                                                           {6, {uint16}},
+                                                           {7, {uint32}},
+                                                           {8, {uint64}},
+                                                           {9, {float32}},
+                                                           {0x19, {float32}},
+                                                           {10, {float64}},
+                                                           {0x1A, {float64}},
+                                                           {0x08000C, {float32, true}},
+                                                           {0x10000D, {float64, true}}};
+  for (const auto& [known, type] : kTypes)
+    if (known == code) return type;
+  return {};
 }
 
 std::pair<std::string, std::string> tdms_names(const std::string& path) {

@@ -64,8 +64,6 @@ class Scale {
   bool mastering_;
 };
 
-/// Additional values (OUTADD_RS422).
-double timestamp(std::uint32_t low, std::uint32_t high) noexcept;  ///< s, from the two 16-bit words
 /// Frames lost between two counter values (18 bits, wraps).
 constexpr std::uint32_t lost_between(std::uint32_t previous, std::uint32_t current) noexcept {
   return (current - previous - 1) & kValueMask;

@@ -23,45 +23,52 @@ struct VendorBoardOptions {
   double watchdog = 50e-3;                     ///< s
 };
 
+/// What both have: read once per tick of the loop, which counts for the board.
+class VendorBoard : public Board {
+ public:
+  bool connected() const noexcept override { return connected_; }
+
+ protected:
+  explicit VendorBoard(const VendorBoardOptions& options)
+      : options_(options), angle_(options.counts, options.bandwidth, options.sample_time) {}
+  /// All of a reading but its analogue inputs.
+  void count(std::int32_t encoder, BoardReading& out) noexcept;
+
+  VendorBoardOptions options_;
+  AngleTracker angle_;
+  std::uint32_t tick_ = 0, answered_ = 0;
+  bool connected_ = true, expired_ = false, output_ = false;
+};
+
 /// Quanser board by the HIL API (libhil). Its watchdog sets the outputs to 0 V when commands stay away.
-class QuanserBoard : public Board {
+class QuanserBoard : public VendorBoard {
  public:
   /// Throws Error naming library or card and the code of the failing function.
   explicit QuanserBoard(const VendorBoardOptions& options);
   ~QuanserBoard() override;
   bool read(BoardReading& out) noexcept override;
   void write(const BoardCommand& command) noexcept override;
-  bool connected() const noexcept override { return connected_; }
 
  private:
   struct Api;
-  VendorBoardOptions options_;
   std::unique_ptr<Api> api_;
-  AngleTracker angle_;
-  std::uint32_t tick_ = 0, answered_ = 0;
-  bool connected_ = true, expired_ = false, output_ = false;
 };
 
 /// Any board with a Comedi driver: first analogue input, output and counter subdevice, range 0 against ground. Comedi
 /// has no watchdog: something else must take the force away when this program dies, such as the amplifier's enable
 /// line.
-class ComediBoard : public Board {
+class ComediBoard : public VendorBoard {
  public:
   /// Throws Error naming library or device and what is missing.
   explicit ComediBoard(const VendorBoardOptions& options);
   ~ComediBoard() override;
   bool read(BoardReading& out) noexcept override;
   void write(const BoardCommand& command) noexcept override;
-  bool connected() const noexcept override { return connected_; }
 
  private:
   struct Api;
-  VendorBoardOptions options_;
   std::unique_ptr<Api> api_;
-  AngleTracker angle_;
   int shift_ = 0;
-  std::uint32_t tick_ = 0, answered_ = 0;
-  bool connected_ = true, output_ = false;
 };
 
 }  // namespace whirl::rt
