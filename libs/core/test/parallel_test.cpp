@@ -3,10 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <atomic>
 #include <stdexcept>
-#include <thread>
 #include <vector>
 
 using namespace whirl;
@@ -21,27 +18,6 @@ TEST(ParallelProperty, TrialsAreTakenInOrderUntilTheEndForAnyGroup) {
         [&](int i) { taken.push_back(i), sum += squares[static_cast<std::size_t>(i)]; });
     EXPECT_THAT(taken, ElementsAre(0, 1, 2, 3, 4)) << group;  // 0 + 1 + 4 + 9 + 16 is above 20
   }
-}
-
-TEST(ParallelProperty, ASlowTrialHoldsUpNoOtherButAtMostSoManyWaitForIt) {
-  constexpr int kTrials = 40, kMost = 6;
-  if (processors() < 2) GTEST_SKIP() << "one core";
-  std::atomic<int> started{0}, most{0};
-  std::vector<int> taken;
-  parallel_trials(
-      kTrials, kMost, [] { return false; },
-      [&](int i) {
-        ++started;
-        // The first one lasts until as many as may be held have begun: with groups of two it would never end.
-        while (i == 0 && started < kMost) std::this_thread::yield();
-      },
-      [&](int i) {
-        most = std::max(most.load(), started - static_cast<int>(taken.size()));
-        taken.push_back(i);
-      });
-  ASSERT_EQ(taken.size(), static_cast<std::size_t>(kTrials));
-  EXPECT_TRUE(std::ranges::is_sorted(taken));
-  EXPECT_LE(most, kMost);
 }
 
 TEST(ParallelProperty, NoneIsRunWhereTheEndIsReachedBefore) {

@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <atomic>
-#include <condition_variable>
 #include <exception>
 #include <mutex>
 #include <thread>
@@ -36,47 +35,17 @@ void parallel_for(int n, int threads, Work&& work) {
   if (failure) std::rethrow_exception(failure);
 }
 
-/// Trials of which each may end the rest: run(i) for i in [0, n) side by side on all cores, and take(i) in the order of
-/// i until ended() is true. At most `most` are running or wait to be taken. What is taken is the same for any number of
-/// cores; what was run in vain is dropped. run(i) must write to slot i alone and read nothing that take changes; take
-/// and ended are called by one thread at a time, and ended() must stay true.
+/// Trials of which each may end the rest: run(i) for i in [0, n) side by side, as many at a time as there are cores but
+/// at most `most`, and take(i) in the order of i until ended() is true. What is taken is the same for any number of
+/// cores; what was run in vain is dropped. run(i) must write to slot i alone, and ended() must stay true.
 template <class Ended, class Run, class Take>
 void parallel_trials(int n, int most, Ended&& ended, Run&& run, Take&& take) {
-  if (n <= 0 || ended()) return;
-  std::vector<char> ready(static_cast<std::size_t>(n));
-  int next = 0, taken = 0;
-  bool end = false;
-  std::mutex guard;
-  std::condition_variable freed;
-  const auto take_ready = [&] {
-    while (!end && taken < n && ready[static_cast<std::size_t>(taken)]) {
-      take(taken++);
-      end = taken == n || ended();
-    }
-  };
-  const auto loop = [&](int) {
-    std::unique_lock lock(guard);
-    while (true) {
-      freed.wait(lock, [&] { return end || next == n || next < taken + most; });
-      if (end || next == n) return;
-      const int i = next++;
-      lock.unlock();
-      try {
-        run(i);
-        lock.lock();
-        ready[static_cast<std::size_t>(i)] = 1;
-        take_ready();
-      } catch (...) {
-        if (!lock.owns_lock()) lock.lock();
-        end = true;
-        freed.notify_all();
-        throw;
-      }
-      freed.notify_all();
-    }
-  };
-  const int threads = std::min({n, most, processors()});
-  parallel_for(threads, threads, loop);
+  const int group = std::min(most, processors());
+  for (int first = 0; first < n && !ended(); first += group) {
+    const int last = std::min(n, first + group);
+    parallel_for(last - first, group, [&](int i) { run(first + i); });
+    for (int i = first; i < last && !ended(); ++i) take(i);
+  }
 }
 
 }  // namespace whirl
