@@ -40,6 +40,10 @@ void check_forces(const RigForces& f, const RigRotor& rotor, double step) {
   require_range("forces.stiffness_drift", f.stiffness_drift, -1e12, 1e12, "N/(m s)");
   require_range("forces.damping_drift", f.damping_drift, -1e9, 1e9, "N/m");
   require_range("forces.drift_start", f.drift_start, -1e9, 1e9, "s");
+  for (const auto& [field, value] :
+       {std::pair{"forces.quadratic_x", f.quadratic_x}, std::pair{"forces.quadratic_y", f.quadratic_y},
+        std::pair{"forces.quadratic_xxy", f.quadratic_xxy}, std::pair{"forces.quadratic_xyy", f.quadratic_xyy}})
+    require_range(field, value, -1e15, 1e15, "N/m^2");
   // At rest friction is a damper of friction / friction_speed, which the Runge-Kutta steps must follow: they are stable
   // to 2.78 per step.
   const double rate = f.friction / (rotor.mass * f.friction_speed);
@@ -154,7 +158,11 @@ rotor::FurtherForces<double> RigForces::per_mass(double mass) const {
           damping_with_speed / mass,
           stiffness_drift / mass,
           damping_drift / mass,
-          drift_start};
+          drift_start,
+          quadratic_x / mass,
+          quadratic_y / mass,
+          quadratic_xxy / mass,
+          quadratic_xyy / mass};
 }
 
 RigForces RigForces::of(const rotor::FurtherForces<double>& f, double mass) {
@@ -170,7 +178,11 @@ RigForces RigForces::of(const rotor::FurtherForces<double>& f, double mass) {
           f.c_speed * mass,
           f.k1_drift * mass,
           f.c_drift * mass,
-          f.drift_start};
+          f.drift_start,
+          f.kq_x * mass,
+          f.kq_y * mass,
+          f.kq_xxy * mass,
+          f.kq_xyy * mass};
 }
 
 RigParameters RigParameters::run_up() const {

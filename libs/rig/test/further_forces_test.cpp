@@ -24,6 +24,11 @@ struct Case {
 const Case kCases[] = {
     {"quintic", [](Machine& m) { m.quintic = 3e13; }, [](RigForces& f) { f.quintic = 3e13 * kMass; }},
     {"per axis", [](Machine& m) { m.cubic_axis = 1.5e8; }, [](RigForces& f) { f.cubic_per_axis = 1.5e8 * kMass; }},
+    {"leaning", [](Machine& m) { m.lean_x = 6e5, m.lean_y = -4e5; },
+     [](RigForces& f) {
+       f.quadratic_x = 1.5 * 6e5 * kMass, f.quadratic_y = -1.5 * 4e5 * kMass;
+       f.quadratic_xxy = -0.5 * 4e5 * kMass, f.quadratic_xyy = 0.5 * 6e5 * kMass;
+     }},
     {"quadratic", [](Machine& m) { m.quadratic = 20; }, [](RigForces& f) { f.quadratic_damping = 20 * kMass; }},
     {"dry", [](Machine& m) { m.dry = 0.15; },
      [](RigForces& f) { f.friction = 0.15 * kMass, f.friction_speed = 1e-4; }},  // 1e-4: that of testing/machines.hpp
@@ -123,6 +128,8 @@ TEST(FurtherForces, ThePullTestHasTheSpringsOfEveryOrder) {
   EXPECT_NEAR(last() - before, 3e11 * std::pow(d, 5), 1e-9 * before);
   p.forces.quintic = 0, p.forces.cubic_per_axis = 4e6;
   EXPECT_NEAR(last() - before, 4e6 * std::pow(d, 3), 1e-9 * before);
+  p.forces.cubic_per_axis = 0, p.forces.quadratic_x = 5e4;
+  EXPECT_NEAR(last() - before, 5e4 * d * d, 1e-9 * before);
 }
 
 TEST(FurtherForces, FrictionThatTheStepsCannotFollowIsAnError) {

@@ -45,9 +45,20 @@ VectorXcd synchronous_solution(const System& s, double speed) {
   return Eigen::PartialPivLU<MatrixXcd>(dynamic).solve(both);
 }
 
-Sag static_sag(const System& s) {
+/// A magnet whose bias stiffness lets the rotor fall holds it, under control, where its probe reads zero.
+void hold_at_magnets(System& s) {
+  const double rigid = 1e3 * s.stiffness.diagonal().maxCoeff();
+  for (Attachment& a : s.supports) {
+    const Eigen::Matrix2d pull = a.law.at(0).stiffness;
+    if (a.law.constant() && pull.trace() < 0) a.law.stiffness = {pull * (rigid / pull.trace())};
+  }
+}
+
+Sag static_sag(const System& system) {
   Sag sag;
-  if (s.free > 0) return sag;
+  if (system.free > 0) return sag;
+  System s = system;
+  if (Eigen::LLT<MatrixXd>(plane_equations(s, 0).stiffness).info() != Eigen::Success) hold_at_magnets(s);
   const Index n = s.size();
   VectorXd load = VectorXd::Zero(2 * n);
   if (!s.vertical) load.tail(n) = -kStandardGravity * s.weight;

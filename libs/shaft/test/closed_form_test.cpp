@@ -1,4 +1,5 @@
 // Rotors with a solution in closed form.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,8 +7,10 @@
 #include <cstdio>
 
 #include "rotors.hpp"
+#include "whirl/core/error.hpp"
 #include "whirl/shaft/modes.hpp"
 #include "whirl/shaft/response.hpp"
+#include "whirl/shaft/rotor_file.hpp"
 
 namespace whirl::shaft {
 namespace {
@@ -176,6 +179,43 @@ TEST(ShaftReference, SagOfAUniformShaft) {
   EXPECT_NEAR(-sag.y[1] / (5 * q / (384 * 2.1e11 * I) + q / (8 * kG * area)), 1, 1e-6);
   EXPECT_NEAR(sag.reactions[0].y(), q / 2, 1e-4 * q);
   EXPECT_NEAR(sag.reactions[0].x(), 0, 1e-6 * q);
+}
+
+/// Two magnets carry a lying shaft: each its share of the weight, and it sags between them as on two supports, however
+/// weak or strong their bias is. A shaft as thin as a thread is refused on them too.
+TEST(ShaftReference, SagOfAShaftThatMagnetsCarry) {
+  const auto text = [](double outer, double bias) {
+    std::string file = fmt::format(
+        "[[material]]\nname = \"steel\"\nyoungs_modulus_GPa = 210\ndensity_kg_m3 = 7800\n[[section]]\nlength_mm = "
+        "1000\n"
+        "outer_mm = {}\n",
+        outer);
+    for (const int place : {0, 1000})
+      for (const int angle : {45, 135})
+        file += fmt::format(
+            "[[actuator]]\nname = \"m{0} {1}\"\nposition_mm = {0}\nangle_deg = {1}\nforce_limit_N = 1e4\n"
+            "bias_stiffness_N_m = {2}\n",
+            place, angle, -bias);
+    return file;
+  };
+  const double weight = 7800 * kPi * 0.06 * 0.06 / 4 * 9.80665;
+  Rotor held = parse_rotor(text(60, 0), "r.toml");
+  for (const double at : {0.0, 1.0}) {
+    SupportLaw law;
+    law.stiffness = {1e12 * Eigen::Matrix2d::Identity()};
+    law.damping = law.mass = {Eigen::Matrix2d::Zero()};
+    held.supports.push_back({"", {"shaft", at}, {"ground", 0}, law, 0, 0});
+  }
+  const double between = static_sag(assemble(held)).y.minCoeff();
+  for (const double bias : {10.0, 1e5}) {
+    const Sag sag = static_sag(assemble(parse_rotor(text(60, bias), "r.toml")));
+    EXPECT_NEAR(sag.y.minCoeff() / between, 1, 1e-3) << bias;
+    Eigen::Vector2d carried = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& r : sag.reactions) carried += r;
+    EXPECT_NEAR(carried.y() / weight, 1, 1e-6) << bias;
+    EXPECT_NEAR(carried.x(), 0, 1e-6 * weight) << bias;
+    EXPECT_THROW(parse_rotor(text(0.02, bias), "r.toml"), Error) << bias;
+  }
 }
 
 /// A pinned shaft under tension: w_n^2 = (n pi / L)^2 (E I (n pi / L)^2 + N) / (rho A), rotary inertia aside.

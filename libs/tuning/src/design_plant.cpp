@@ -145,8 +145,8 @@ double friction_rate(const identification::RotorTerm& term) {
 }
 
 void add_force(rotor::FurtherForces<double>& f, const identification::RotorTerm& term) {
-  if (term.entry->plant == nullptr) return;  // the plants have none: forces_left_out
-  f.*term.entry->plant = term.value;
+  if (term.entry->plant[term.part] == nullptr) return;  // the plants have none: forces_left_out
+  f.*term.entry->plant[term.part] = term.value;
   if (term.entry->plant_reference != nullptr) f.*term.entry->plant_reference = term.reference;
 }
 
@@ -184,7 +184,7 @@ Hardware with_forces(Hardware hardware, const IdentifiedModel& model) {
 std::vector<identification::RotorTerm> forces_left_out(const IdentifiedModel& model, const Hardware& hardware) {
   std::vector<identification::RotorTerm> left = identification::terms_of(model);
   std::erase_if(left, [&](const auto& t) {
-    return t.entry->plant != nullptr && substeps_for(friction_rate(t), hardware.timing) != 0;
+    return t.entry->plant[t.part] != nullptr && substeps_for(friction_rate(t), hardware.timing) != 0;
   });
   return left;
 }

@@ -109,6 +109,12 @@ TEST(ProportionReference, ClopperPearsonEndsHoldTheTails) {
   EXPECT_NEAR(proportion(0, 20).high, 1 - std::pow(0.025, 1.0 / 20), 1e-12);
 }
 
+ClosedLoopMetrics run_alone(const DrawnRig& drawn, const ControllerDesign& d) {
+  ClosedLoopOptions options;
+  options.run.seed = drawn.noise_seed;
+  return ClosedLoopPlant(drawn.rig, options).run(d);
+}
+
 // By the force that acts: of a noisy command most stays within the play of an amplifier. Judged by the command,
 // machines of a make with hysteresis chattered that alone do not.
 TEST(MonteCarloProperty, LanesAreJudgedAsMachinesAlone) {
@@ -121,12 +127,8 @@ TEST(MonteCarloProperty, LanesAreJudgedAsMachinesAlone) {
   const MachineLanes<8> lanes(draw, {0, 1, 2, 3, 4, 5, 6, 7}, rig::make_rig_tables(draw(0).rig));
   const std::vector<LaneRun> runs = lanes.run(d);
   for (int i = 0; i < 8; ++i) {
-    const DrawnRig drawn = draw(i);
-    ClosedLoopOptions options;
-    options.run.seed = drawn.noise_seed;
-    const ClosedLoopMetrics alone = ClosedLoopPlant(drawn.rig, options).run(d);
-    EXPECT_NEAR(runs[static_cast<std::size_t>(i)].judged.total_variation, alone.total_variation,
-                1e-3 * alone.total_variation);
+    const double alone = run_alone(draw(i), d).total_variation;
+    EXPECT_NEAR(runs[static_cast<std::size_t>(i)].judged.total_variation, alone, 1e-3 * alone);
   }
 }
 
@@ -163,11 +165,8 @@ TEST(MonteCarloProperty, SensorsAndActuatorsOfTheMachinesDiffer) {
   const MachineLanes<8> lanes(draw, {0, 1, 2, 3, 4, 5, 6, 7}, rig::make_rig_tables(draw(0).rig));
   const std::vector<LaneRun> runs = lanes.run(d);
   for (int i = 0; i < 8; ++i) {
-    const DrawnRig drawn = draw(i);
-    ClosedLoopOptions options;
-    options.run.seed = drawn.noise_seed;
-    const ClosedLoopMetrics alone = ClosedLoopPlant(drawn.rig, options).run(d);
-    EXPECT_NEAR(runs[static_cast<std::size_t>(i)].judged.closed.all, alone.closed.all, 1e-3 * alone.closed.all) << i;
+    const double alone = run_alone(draw(i), d).closed.all;
+    EXPECT_NEAR(runs[static_cast<std::size_t>(i)].judged.closed.all, alone, 1e-3 * alone) << i;
   }
   MonteCarloOptions exact;
   exact.sheet_sd = 0;

@@ -48,10 +48,11 @@ void say_check(const shaft::LoadCheck& c, const shaft::CentrifugeSetup& setup, S
                           c.decided_at * kRpmPerRadPerSec, c.seconds, c.first_critical * kRpmPerRadPerSec));
   // The tail of a distribution of 300 machines says nothing of smaller rates.
   const std::string miss = c.miss_rate < 1e-3 ? "less than 0.1" : fmt::format("{:.2g}", 100 * c.miss_rate);
-  session.say(
-      fmt::format("such a record      false alarm at most {:.0f} %; finds {} g in 95 of 100; misses twice the "
-                  "allowed in {} %",
-                  100 * (1 - shaft::kWrongProbability), report::format_number(1e3 * c.smallest_found, 3), miss));
+  const std::string found = std::isfinite(c.smallest_found)
+                                ? report::format_number(1e3 * c.smallest_found, 3) + " g in 95 of 100"
+                                : "no imbalance, however large: smaller tolerances are needed";
+  session.say(fmt::format("such a record      false alarm at most {:.0f} %; finds {}; misses twice the allowed in {} %",
+                          100 * (1 - shaft::kWrongProbability), found, miss));
   if (c.verdict != shaft::LoadVerdict::open) return;
   session.say(std::isfinite(c.seconds_more)
                   ? fmt::format("to decide          {:.0f} s more at the last speed", c.seconds_more)

@@ -27,26 +27,4 @@ const TermEntry& conj_cubed() {
   return entry;
 }
 
-const TermEntry& square() {
-  static const TermEntry entry = unmodelled("z^2", false, [](const ScorePoint& at) -> Candidates {
-    return {{0, {at.force(at.own.main.cwiseProduct(at.own.main))}}};
-  });
-  return entry;
-}
-
-const TermEntry& conj_square() {
-  static const TermEntry entry = unmodelled("conj(z)^2", false, [](const ScorePoint& at) -> Candidates {
-    const Eigen::VectorXcd c = at.own.main.conjugate();
-    return {{0, {at.force(c.cwiseProduct(c))}}};
-  });
-  return entry;
-}
-
-const TermEntry& square_size() {
-  static const TermEntry entry = unmodelled("|z|^2", false, [](const ScorePoint& at) -> Candidates {
-    return {{0, {at.force(at.own.main.cwiseAbs2().cast<Complex>())}}};
-  });
-  return entry;
-}
-
 }  // namespace whirl::identification::terms

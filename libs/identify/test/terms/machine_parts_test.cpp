@@ -41,7 +41,8 @@ INSTANTIATE_TEST_SUITE_P(Parts, MachinePartProperty,
                                            PartSeed{Part::loose_bolt, 1}, PartSeed{Part::two_clocks, 2},
                                            PartSeed{Part::loss_factor, 1}, PartSeed{Part::keyway, 2},
                                            PartSeed{Part::rubber, 1}, PartSeed{Part::swirl_damping, 1},
-                                           PartSeed{Part::rolling_bearing, 2}, PartSeed{Part::film, 1}));
+                                           PartSeed{Part::rolling_bearing, 2}, PartSeed{Part::film, 1},
+                                           PartSeed{Part::preload, 1}, PartSeed{Part::preload, 2}));
 
 // In a forward whirl it is a spring: at 20 dB k1 was stated 2.6 % off at 140 standard deviations.
 TEST(MachinePartProperty, SwirlDampingThatIsHiddenInTheStiffnessIsAnAlternative) {

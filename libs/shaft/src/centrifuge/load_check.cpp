@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "centrifuge/load_posterior.hpp"
 #include "fit/fit_problem.hpp"
@@ -89,10 +90,12 @@ void name_buckets(const CentrifugeSetup& setup, const LoadSamples& s, LoadCheck&
 void set_rates(const CentrifugeSetup& setup, const LoadRecord& record, const LoadSamples& s, LoadCheck& check) {
   const double noise = s.noise_sd / setup.radius, allowed = setup.allowed;
   const auto sd = [&](double size) { return std::hypot(noise, s.tolerance_sd * size); };
-  double found = allowed;
-  for (int pass = 0; pass < 100 && found < 1e6 * allowed; ++pass)
-    found = allowed + (kWrongQuantile + kFoundQuantile) * sd(found);
-  check.smallest_found = found;
+  // The size at which size = allowed + quantiles * sd(size).
+  constexpr double kQuantiles = kWrongQuantile + kFoundQuantile;
+  const double left = 1 - std::pow(kQuantiles * s.tolerance_sd, 2), reach = kQuantiles * noise;
+  check.smallest_found =
+      left > 0 ? (allowed + std::sqrt(allowed * allowed - left * (allowed * allowed - reach * reach))) / left
+               : std::numeric_limits<double>::infinity();
   check.miss_rate = normal_below(kWrongQuantile - allowed / sd(2 * allowed));
   if (check.verdict != LoadVerdict::open) return;
   const double size = check.imbalance.value;

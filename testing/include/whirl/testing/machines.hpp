@@ -54,6 +54,7 @@ struct Machine {
   double k = 0, cubic = 0, c = 0;             ///< 1/s^2, 1/(m^2 s^2) radial, 1/s
   double e = 0, e_phase = 0;                  ///< m, rad
   double cubic_axis = 0, quintic = 0;         ///< per axis 1/(m^2 s^2); radial 1/(m^4 s^2)
+  double lean_x = 0, lean_y = 0;              ///< potential (lean . z) |z|^2 / 2, 1/(m s^2): stiffer towards `lean`
   double quadratic = 0, dry = 0;              ///< damping |v| v 1/m; friction m/s^2
   double gyroscopic = 0;                      ///< acceleration g omega along i z'
   double c_rotating = 0;                      ///< 1/s
@@ -97,6 +98,8 @@ inline State slope(const Machine& m, double t, double beta, double w, double a, 
   const double r2 = dx * dx + dy * dy, speed = std::hypot(vx, vy);
   const double radial = k + m.cubic * r2 + m.quintic * r2 * r2;
   double fx = -radial * dx - m.cubic_axis * dx * dx * dx, fy = -radial * dy - m.cubic_axis * dy * dy * dy;
+  const double leaning = m.lean_x * dx + m.lean_y * dy;
+  fx -= leaning * dx + 0.5 * r2 * m.lean_x, fy -= leaning * dy + 0.5 * r2 * m.lean_y;
   const double ca = std::cos(m.split_angle), sa = std::sin(m.split_angle);
   const double along = ca * dx + sa * dy, across = -sa * dx + ca * dy;
   fx -= m.k * m.split * (ca * along + sa * across);

@@ -113,9 +113,9 @@ struct TermEntry {
   bool dry = false;           ///< it holds small motion
   bool twice_a_turn = false;  ///< it asks for TermPoint::turn_twice
   std::size_t parts_of_one_axis = 8;  ///< where one axis reads forward and backward alike
-  // As the plants of a design have it; null: they have none. (Doxygen does not read pointers to members.)
+  // Its parts as the plants of a design have them; null: they have none. (Doxygen does not read pointers to members.)
   /// @cond
-  double rotor::FurtherForces<double>::*plant = nullptr;
+  double rotor::FurtherForces<double>::*plant[4] = {};
   double rotor::FurtherForces<double>::*plant_reference = nullptr;
   /// @endcond
 

@@ -22,7 +22,7 @@ const TermEntry& coulomb_friction() {
       .reference_name = "friction_speed",
       .reference = [](double peak, double frequency, double) { return 1e-3 * peak * frequency; },
       .dry = true,
-      .plant = &rotor::FurtherForces<double>::friction,
+      .plant = {&rotor::FurtherForces<double>::friction},
       .plant_reference = &rotor::FurtherForces<double>::friction_speed,
       .usual = [](const TermScale& s) { return rules::kOfDamping * s.c * s.v(); },
   };

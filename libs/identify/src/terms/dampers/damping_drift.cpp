@@ -18,7 +18,7 @@ const TermEntry& damping_drift() {
       .reference = [](double, double, double start) { return start; },
       .drifts = true,
       .moves_middle = true,
-      .plant = &rotor::FurtherForces<double>::c_drift,
+      .plant = {&rotor::FurtherForces<double>::c_drift},
       .plant_reference = &rotor::FurtherForces<double>::drift_start,
       .usual = [](const TermScale& s) { return rules::kDampingChange * s.c / s.seconds; },
       .decider = Decider::another_rate,

@@ -15,7 +15,7 @@ const TermEntry& damping_with_speed() {
           },
       .text = [](const TermAxis& a, const RotorTerm&) { return one("abs(X6)*" + a.rate, -1); },
       .moves_middle = true,
-      .plant = &rotor::FurtherForces<double>::c_speed,
+      .plant = {&rotor::FurtherForces<double>::c_speed},
       .usual = [](const TermScale& s) { return rules::kDampingChange * s.c / s.top_speed; },
       .decider = Decider::free_decay,
   };

@@ -14,7 +14,7 @@ const TermEntry& gyroscopic() {
             return f;
           },
       .text = [](const TermAxis& a, const RotorTerm&) { return one("X6*" + a.other_rate, a.turn); },
-      .plant = &rotor::FurtherForces<double>::gyroscopic,
+      .plant = {&rotor::FurtherForces<double>::gyroscopic},
       .usual = [](const TermScale&) { return double{rules::kGyroscopic}; },
       .decider = Decider::free_decay,
   };

@@ -15,7 +15,7 @@ const TermEntry& quadratic_damping() {
             return f;
           },
       .text = [](const TermAxis& a, const RotorTerm&) { return one(a.rate + "*sqrt(X2^2 + X4^2)", -1); },
-      .plant = &rotor::FurtherForces<double>::c2,
+      .plant = {&rotor::FurtherForces<double>::c2},
       .usual = [](const TermScale& s) { return s.c / s.v(); },
   };
   return entry;

@@ -19,7 +19,7 @@ const TermEntry& rotating_damping() {
             return std::vector<TermText>{{a.rate, -1}, {"X6*" + a.other, a.turn}};
           },
       .drives_whirl = true,
-      .plant = &rotor::FurtherForces<double>::c_rotating,
+      .plant = {&rotor::FurtherForces<double>::c_rotating},
       .usual = [](const TermScale& s) { return rules::kOfDamping * s.c; },
       .decider = Decider::free_decay,
   };

@@ -15,7 +15,7 @@ const TermEntry& cross_coupled() {
           },
       .text = [](const TermAxis& a, const RotorTerm&) { return one(a.other, a.turn); },
       .drives_whirl = true,
-      .plant = &rotor::FurtherForces<double>::k_cross,
+      .plant = {&rotor::FurtherForces<double>::k_cross},
       .usual = [](const TermScale& s) { return rules::kOfDamping * s.c * s.w(); },
       // Seals and journal bearings are common; as a rule they drive the forward whirl (swirl with the rotation).
       .prior = {rules::kCommonTerm, rules::kDriving, rules::kAsLikelyAsNot},

@@ -13,7 +13,7 @@ const TermEntry& cubic_per_axis() {
             return f;
           },
       .text = [](const TermAxis& a, const RotorTerm&) { return one(a.own + "^3", -1); },
-      .plant = &rotor::FurtherForces<double>::k2_axis,
+      .plant = {&rotor::FurtherForces<double>::k2_axis},
   };
   return entry;
 }

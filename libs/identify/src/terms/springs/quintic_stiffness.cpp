@@ -16,7 +16,7 @@ const TermEntry& quintic_stiffness() {
             return f;
           },
       .text = [](const TermAxis& a, const RotorTerm&) { return one(a.own + "*(X1^2 + X3^2)^2", -1); },
-      .plant = &rotor::FurtherForces<double>::k3,
+      .plant = {&rotor::FurtherForces<double>::k3},
       // The next term of a series in |z|^2; springs beyond the cubic are common.
       .usual = [](const TermScale& s) { return s.k2 * s.k2 / s.k1; },
       .prior = {rules::kCommonTerm, rules::kEitherSign, rules::kAsLikelyAsNot},

@@ -18,7 +18,7 @@ const TermEntry& stiffness_drift() {
       .reference = [](double, double, double start) { return start; },
       .drifts = true,
       .moves_middle = true,
-      .plant = &rotor::FurtherForces<double>::k1_drift,
+      .plant = {&rotor::FurtherForces<double>::k1_drift},
       .plant_reference = &rotor::FurtherForces<double>::drift_start,
       .usual = [](const TermScale& s) { return rules::kWarming * s.k1 / s.seconds; },
       .prior = {rules::kCommonTerm, rules::kEitherSign, rules::kAsLikelyAsNot},  // warming

@@ -15,7 +15,7 @@ const TermEntry& stiffness_with_speed() {
           },
       .text = [](const TermAxis& a, const RotorTerm&) { return one("abs(X6)*" + a.own, -1); },
       .moves_middle = true,
-      .plant = &rotor::FurtherForces<double>::k1_speed,
+      .plant = {&rotor::FurtherForces<double>::k1_speed},
       .usual = [](const TermScale& s) { return rules::kSpringWithSpeed * s.k1 / s.top_speed; },
       .decider = Decider::free_decay,
   };

@@ -83,7 +83,7 @@ std::array<double, 5> rotor_values(const RotorModel& r) { return {r.k1, r.k2, r.
 }  // namespace
 
 std::string_view parameter_unit(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 57> units{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 58> units{
       {{"k1", "1/s^2"},
        {"k2", "1/(m^2 s^2)"},
        {"c", "1/s"},
@@ -129,6 +129,7 @@ std::string_view parameter_unit(std::string_view name) {
        {"clock_drift", "1"},
        {"k_radius", "1/(m s^2)"},
        {"k_hertz", "1/(m^0.5 s^2)"},
+       {"kq", "1/(m s^2)"},
        {"c_film", "1/(m^2 s)"},
        {"loss_speed", "rad/s"},
        {"sag_turning", "m/s^2"},

@@ -43,6 +43,9 @@ struct RigForces {
   double stiffness_drift = 0;       ///< N/m per s
   double damping_drift = 0;         ///< N s/m per s
   double drift_start = 0;           ///< time of the run at which stiffness and damping are those of RigRotor, s
+  /// Gradient of quadratic_x x^3 / 3 + quadratic_y y^3 / 3 + quadratic_xxy x^2 y + quadratic_xyy x y^2, N/m^2: springs
+  /// stiffer to one side.
+  double quadratic_x = 0, quadratic_y = 0, quadratic_xxy = 0, quadratic_xyy = 0;
 
   /// Per unit mass.
   rotor::FurtherForces<double> per_mass(double mass) const;

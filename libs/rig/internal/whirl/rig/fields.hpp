@@ -102,6 +102,10 @@ void visit_fields(Parameters& p, Visitor&& visit) {
   visit("forces.stiffness_drift_N_ms", p.forces.stiffness_drift, 1.0);
   visit("forces.damping_drift_N_m", p.forces.damping_drift, 1.0);
   visit("forces.drift_start_s", p.forces.drift_start, 1.0);
+  visit("forces.quadratic_x_N_m2", p.forces.quadratic_x, 1.0);
+  visit("forces.quadratic_y_N_m2", p.forces.quadratic_y, 1.0);
+  visit("forces.quadratic_xxy_N_m2", p.forces.quadratic_xxy, 1.0);
+  visit("forces.quadratic_xyy_N_m2", p.forces.quadratic_xyy, 1.0);
 }
 
 }  // namespace whirl::rig

@@ -11,7 +11,10 @@ namespace whirl::rotor {
 ///   f = - k3 |z|^4 z - k2_axis (x^3 + i y^3) - c2 |z'| z' - friction z' / sqrt(|z'|^2 + v0^2)
 ///       + gyroscopic i w z' - c_rotating (z' - i w z) + k_cross i z
 ///       - (k1_speed |w| + k1_drift (t - t0)) z - (c_speed |w| + c_drift (t - t0)) z'
+///       - (kq_x x^2 + 2 kq_xxy x y + kq_xyy y^2) - i (kq_y y^2 + kq_xxy x^2 + 2 kq_xyy x y)
 ///
+/// The last are the gradient of kq_x x^3 / 3 + kq_y y^3 / 3 + kq_xxy x^2 y + kq_xyy x y^2: springs that are stiffer to
+/// one side.
 /// Internal damping c_rotating: Genta, Dynamics of Rotating Systems (2005), section 4.6. T is double, or a vector of
 /// lanes with one rotor each.
 template <class T>
@@ -29,6 +32,10 @@ struct FurtherForces {
   T k1_drift{};        ///< warming, 1/s^3
   T c_drift{};         ///< 1/s^2
   T drift_start{};     ///< t0, s: the time at which k1 and c hold
+  T kq_x{};            ///< 1/(m s^2), as the next three
+  T kq_y{};
+  T kq_xxy{};
+  T kq_xyy{};
 };
 
 /// Calls visit(a's number, b's number) for every one of them.
@@ -39,12 +46,14 @@ void each_force(A& a, B& b, Visit&& visit) {
   visit(a.gyroscopic, b.gyroscopic), visit(a.c_rotating, b.c_rotating), visit(a.k_cross, b.k_cross);
   visit(a.k1_speed, b.k1_speed), visit(a.c_speed, b.c_speed);
   visit(a.k1_drift, b.k1_drift), visit(a.c_drift, b.c_drift), visit(a.drift_start, b.drift_start);
+  visit(a.kq_x, b.kq_x), visit(a.kq_y, b.kq_y), visit(a.kq_xxy, b.kq_xxy), visit(a.kq_xyy, b.kq_xyy);
 }
 
 /// Whether there is any.
 inline bool acts(const FurtherForces<double>& f) {
   return f.k3 != 0 || f.k2_axis != 0 || f.c2 != 0 || f.friction != 0 || f.gyroscopic != 0 || f.c_rotating != 0 ||
-         f.k_cross != 0 || f.k1_speed != 0 || f.c_speed != 0 || f.k1_drift != 0 || f.c_drift != 0;
+         f.k_cross != 0 || f.k1_speed != 0 || f.c_speed != 0 || f.k1_drift != 0 || f.c_drift != 0 || f.kq_x != 0 ||
+         f.kq_y != 0 || f.kq_xxy != 0 || f.kq_xyy != 0;
 }
 
 /// What they are at one speed and time: springs and dampers of a linear rotor.
@@ -78,15 +87,17 @@ inline T lane_root(T v) {
 template <class T>
 inline LateralInput<T> further_rate(const FurtherForces<T>& f, const SpeedForces<T>& at, bool dry,
                                     const LateralState<T>& s) {
-  const T xx = s.x * s.x, yy = s.y * s.y, square = xx + yy;
+  const T xx = s.x * s.x, yy = s.y * s.y, square = xx + yy, twice = 2.0 * s.x * s.y;
   const T k = at.k + f.k3 * (square * square);
   T c = at.c;
   if (dry) {
     const T speed2 = s.vx * s.vx + s.vy * s.vy;
     c = c + f.c2 * lane_root(speed2) + f.friction / lane_root(speed2 + f.friction_speed * f.friction_speed);
   }
-  return {-(k + f.k2_axis * xx) * s.x - c * s.vx - at.cross * s.y - at.gyro * s.vy,
-          -(k + f.k2_axis * yy) * s.y - c * s.vy + at.cross * s.x + at.gyro * s.vx};
+  return {-(k + f.k2_axis * xx) * s.x - c * s.vx - at.cross * s.y - at.gyro * s.vy -
+              (f.kq_x * xx + f.kq_xxy * twice + f.kq_xyy * yy),
+          -(k + f.k2_axis * yy) * s.y - c * s.vy + at.cross * s.x + at.gyro * s.vx -
+              (f.kq_y * yy + f.kq_xxy * xx + f.kq_xyy * twice)};
 }
 
 /// lateral_step of a rotor with further forces, between `time` and `time` + h; `omega`: speed at its start, middle and

@@ -8,7 +8,8 @@
 namespace whirl::shaft {
 
 /// Deflection at rest under weight (9.80665 m/s^2 against y; none of a vertical rotor) and what the supports carry.
-/// Empty where no support holds the rotor.
+/// Empty where no support holds the rotor. Where magnets alone keep it from falling, it is that of the rotor held at
+/// them, and their reactions are what they carry.
 struct Sag {
   Eigen::VectorXd x, y;                    ///< at the nodes, m
   std::vector<Eigen::Vector2d> reactions;  ///< force of each support on its point `a`, N

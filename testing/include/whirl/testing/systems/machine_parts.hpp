@@ -21,6 +21,7 @@ enum class Part {
   rubber,         ///< force as the square of the deflection, 10 to 20 % of the linear one at 1 mm
   swirl_damping,  ///< force along i v, 30 to 60 % of the damping
   rolling_bearing,  ///< force as deflection to the power 3/2, 10 to 20 % of the linear one at 1 mm
+  preload,          ///< stiffer to one side, at any angle: 1 to 4 % of the linear force at 1 mm
   film              ///< damping that grows as (1 - (r / gap)^2)^(-3/2), gap 1.6 to 2.5 times the peak
 };
 struct PartName {
@@ -37,6 +38,7 @@ inline constexpr std::array kParts{
     PartName{Part::rubber, "rubber mount", "stiffness growing with deflection"},
     PartName{Part::swirl_damping, "swirl damping", "cross-coupled damping"},
     PartName{Part::rolling_bearing, "rolling bearing", "Hertz contact"},
+    PartName{Part::preload, "preload to one side", "springs stiffer to one side"},
     PartName{Part::film, "squeeze film", "damping growing with the orbit"}};
 
 /// A record, what is true of its rotor (after a change: of the changed one), and the size of the part.
@@ -86,6 +88,11 @@ inline PartRecord part_record(Part part, double snr, unsigned long long seed) {
     case Part::rolling_bearing:
       spring15 = m.k * (0.1 + 0.1 * share) / std::sqrt(1e-3), out.size = spring15;
       break;
+    case Part::preload: {
+      const double lean = m.k * (0.01 + 0.03 * share) / 1e-3;
+      m.lean_x = lean * std::cos(turn), m.lean_y = lean * std::sin(turn);
+      break;
+    }
     case Part::film:
       gap = (1.6 + 0.9 * share) * readings(m, run).rowwise().norm().maxCoeff();
       break;

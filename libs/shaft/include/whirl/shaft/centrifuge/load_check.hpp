@@ -43,7 +43,7 @@ struct LoadCheck {
   double first_critical = 0;          ///< forward, of the model, rad/s
   double decided_at = 0;              ///< highest speed used, rad/s
   double seconds = 0;                 ///< of record used
-  double smallest_found = 0;          ///< imbalance that is called wrong in 95 of 100 such records, kg
+  double smallest_found = 0;          ///< called wrong in 95 of 100 such records, kg; infinite: tolerances hide any
   double miss_rate = 0;               ///< of an imbalance of twice the allowed one that is not called wrong
   double seconds_more = 0;       ///< at the last speed until it is decided, where open; infinite: tolerances hide it
   double chi_square = 1;         ///< misfit of the record: variance of the residual over that of its differences
