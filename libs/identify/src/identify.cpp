@@ -187,10 +187,10 @@ HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, 
       // Of an axis that is not measured there is no error.
       if (record.has(options.record.x) && !std::isnan(v.rmse_x))
         held.scores.push_back(
-            {options.record.x, v.rmse_x, v.rmse_x / finite_spread(record[options.record.x]), v.noise_x});
+            {options.record.x, v.rmse_x, v.rmse_x / finite_spread(record[options.record.x]), v.noise_x, v.band_x});
       if (record.has(options.record.y) && !std::isnan(v.rmse_y))
         held.scores.push_back(
-            {options.record.y, v.rmse_y, v.rmse_y / finite_spread(record[options.record.y]), v.noise_y});
+            {options.record.y, v.rmse_y, v.rmse_y / finite_spread(record[options.record.y]), v.noise_y, v.band_y});
       return held;
     }
     const Recording whole = detail::longest_whole_stretch(record);

@@ -40,8 +40,9 @@ void judge_held_out(const HeldOut& held, Summary& summary) {
     moves = moves || !(square(spread) <= rules::kHeldOutScatter * square(s.noise));
     if (!(s.noise > 0 && square(s.rmse) <= rules::kHeldOutScatter * square(s.noise)))
       worst = std::max(worst, beyond / motion);
+    // What the intervals of the rest account for contradicts nothing.
     if (missed == nullptr && s.noise > 0 && square(s.rmse) > rules::kHeldOutMore * square(s.noise) &&
-        beyond > rules::kHeldOutSeen * motion)
+        beyond > rules::kHeldOutSeen * motion && !(s.rmse <= s.band))
       missed = &s;
   }
   if (worst > rules::kLost) {

@@ -64,10 +64,19 @@ double threshold_of(const TermEntry& term, double threshold) {
   return term.plain_threshold ? threshold : threshold + 2 * std::log(tests * term.chances);
 }
 
+double lead_over_usual(const std::vector<ScoreCandidate>& candidates, const std::vector<TermId>& refused) {
+  double most = 0;
+  for (const ScoreCandidate& c : candidates)
+    if (c.term->in_model && !c.term->rare && std::ranges::find(refused, TermId{c.term, c.place}) == refused.end())
+      most = std::max(most, c.score);
+  return most / rules::kHalf;
+}
+
 std::vector<TermId> next_terms(const std::vector<ScoreCandidate>& candidates, const Growth& growth,
-                               const std::vector<TermId>& refused, double threshold, bool rare, bool lead) {
+                               const std::vector<TermId>& refused, double threshold, bool rare, bool first) {
   constexpr std::size_t kMost = 6;
   std::vector<TermId> terms;
+  const double lead = lead_over_usual(candidates, refused);
   double best = 0;
   bool usual = false;                           // one of the usual terms has been met
   for (const ScoreCandidate& c : candidates) {  // by falling score
@@ -76,7 +85,7 @@ std::vector<TermId> next_terms(const std::vector<ScoreCandidate>& candidates, co
         terms.size() >= kMost || std::ranges::find(refused, id) != refused.end())
       continue;
     usual |= !c.term->rare;
-    if (c.term->rare && !rare && (usual || !lead)) continue;
+    if (c.term->rare && !rare && !(c.score > lead) && (usual || !first)) continue;
     if (c.term->one_at_a_time) {
       if (c.score < rules::kOfSearch * threshold && growth.mode(c.place).searched) continue;
       if (std::ranges::any_of(terms, [](const TermId& t) { return t.entry->one_at_a_time; })) continue;

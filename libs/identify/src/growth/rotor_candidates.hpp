@@ -30,10 +30,12 @@ Start start_of(const OutputErrorFit& fit);
 std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, double main_frequency);
 /// Score that a term needs: with n more chances of four sigma the threshold grows by 2 ln n for the others.
 double threshold_of(const TermEntry& term, double threshold);
+/// Above it a rare term leads: twice the highest score of a usual term that is not refused.
+double lead_over_usual(const std::vector<ScoreCandidate>& candidates, const std::vector<TermId>& refused);
 /// Candidates to try next. Many look alike near resonance, so all whose score comes near the best are tried and the
-/// trajectory decides. Rare terms are
-/// tried where `rare` says so; `lead`: also where one scores above every usual term.
+/// trajectory decides. Rare terms are tried where `rare` says so and where they lead; `first`: also where one scores
+/// above every usual term.
 std::vector<TermId> next_terms(const std::vector<ScoreCandidate>& candidates, const Growth& growth,
-                               const std::vector<TermId>& refused, double threshold, bool rare, bool lead);
+                               const std::vector<TermId>& refused, double threshold, bool rare, bool first);
 
 }  // namespace whirl::identification::detail

@@ -91,6 +91,7 @@ class RotorSearch {
   void count(const OutputErrorFit& trial, const Growth& growth, double before = 0);
   bool spent() const;
   bool gives_up();
+  bool goes_on_with_rare_terms();
   bool explains_enough(const OutputErrorFit& larger) const;
 
   // The model found.
@@ -103,7 +104,7 @@ class RotorSearch {
   const std::vector<RotorRecord>& records_;
   const RotorIdentifyOptions& options_;
   FitMemory& memory_;
-  const bool rare_;   // rare terms are tried as the others are
+  bool rare_;         // rare terms are tried as the others are
   const bool given_;  // the model stays as it is given
   const bool modes_;  // modes of any frequency are among the candidates
   Growth growth_;
@@ -115,6 +116,7 @@ class RotorSearch {
   double tried_ = 0;     // steps of trial fits since the rest was halved
   double tried_in_all_ = 0;
   double searched_ = 0;       // of these, when the search ended
+  double at_half_ = 0;        // and when the rest was halved
   double halved_ = INFINITY;  // misfit that began them
   OutputErrorFit fit_;
   GrownRotor grown_;

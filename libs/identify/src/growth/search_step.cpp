@@ -50,6 +50,7 @@ bool RotorSearch::step() {
   settle();
   const ScoreTest score = test();
   if (gives_up()) {
+    if (goes_on_with_rare_terms()) return true;
     warn_of_missing(score);
     return false;
   }
@@ -66,15 +67,33 @@ bool RotorSearch::step() {
     }
   }
   refused_.insert(refused_.end(), terms.begin(), terms.end());
-  if (!terms.empty()) return true;
+  if (!terms.empty() || goes_on_with_rare_terms()) return true;
   warn_of_missing(score);
   return false;
+}
+
+/// The motion is followed, and the equations show that something small is missing: a rare term may be added to those
+/// found. (Where the motion is not followed they may stand in for it: begun again.)
+bool RotorSearch::goes_on_with_rare_terms() {
+  if (rare_ || modes_ || !options_.terms || fit_.summary.chi_square > rules::kModelError ||
+      misfit() < rules::kModelError)
+    return false;
+  rare_ = true;
+  refused_.clear();
+  at_half_ = tried_in_all_;
+  tried_ = 0;
+  return true;
 }
 
 /// A fit with each term; those of the highest scores and those that begin at one instant to the end.
 RotorSearch::Trials RotorSearch::try_each(const std::vector<TermId>& terms, const ScoreTest& score) {
   Trials trials;
   std::vector<std::pair<std::size_t, OutputErrorFit>> slow;  // that ran out of steps; a fit holds its motions
+  const double lead = lead_over_usual(score.candidates, refused_);
+  const auto leads = [&](const TermEntry* entry) {
+    return std::ranges::any_of(score.candidates,
+                               [&](const ScoreCandidate& c) { return c.term == entry && c.score > lead; });
+  };
   std::vector<std::pair<TermId, Growth>> larger;
   for (const TermId& term : terms) {
     larger.emplace_back(term, with_term(growth_, term, options_.refine_poles));
@@ -90,8 +109,8 @@ RotorSearch::Trials RotorSearch::try_each(const std::vector<TermId>& terms, cons
     auto [trial, before] = std::move(runs[static_cast<std::size_t>(i)]);
     count(trial, growth, before);
     if (trial.summary.status == Status::unusable) return;
-    // A rare term that leaves something is no better than usual ones that together leave nothing.
-    if (term.entry->rare && !rare_ && !(trial.summary.chi_square < rules::kModelError)) return;
+    // A rare term that leaves something is no better than usual ones that together leave nothing, unless it leads.
+    if (term.entry->rare && !rare_ && !(trial.summary.chi_square < rules::kModelError) && !leads(term.entry)) return;
     trials.tried.push_back({term, std::move(growth)});
     const std::size_t k = trials.tried.size() - 1;
     if (k < kLikely && ran_out(trial, trials.tried[k].with)) slow.emplace_back(k, trial);
@@ -219,7 +238,7 @@ void RotorSearch::count(const OutputErrorFit& trial, const Growth& growth, doubl
 /// What a search may cost is used up: about 3 ms a step for 12 s at 1 kHz.
 bool RotorSearch::spent() const {
   constexpr double kMost = 300, kMostOfModes = 600;
-  return misfit() > rules::kModelError && tried_in_all_ > (modes_ ? kMostOfModes : kMost);
+  return misfit() > rules::kModelError && tried_in_all_ - at_half_ > (modes_ ? kMostOfModes : kMost);
 }
 
 /// Something stays unexplained, and no term of many trial fits took half of it: it is none of the terms known here.
@@ -229,6 +248,7 @@ bool RotorSearch::gives_up() {
   const double rest = misfit();
   if (rest - 1 <= 0.5 * (halved_ - 1)) {
     halved_ = rest;
+    at_half_ = tried_in_all_;
     tried_ = 0;
   }
   return rest > rules::kModelError && (tried_ > kPatience || spent());

@@ -232,6 +232,8 @@ inline constexpr Rule kWarming = make::assumed(0.01, "change of the stiffness ov
                                                "a shaft of steel that warms by 30 K, at 0.03 % per kelvin");
 inline constexpr Rule kSpringWithSpeed =
     make::assumed(0.02, "change of the stiffness up to the top speed", "twice a warming: bearings stiffen with speed");
+inline constexpr Rule kQuinticAtPeak = make::assumed(0.01, "fifth-order force by the linear one at the peak",
+                                                     "where the cubic one is small, as after a linearised bearing");
 inline constexpr Rule kGyroscopic = make::assumed(0.05, "gyroscopic force by the inertia at the same speed",
                                                   "a disc slightly off the middle of its shaft");
 inline constexpr Rule kGainDrift = make::assumed(0.02, "change of the gain of the probes over a run",
@@ -278,17 +280,17 @@ inline constexpr Rule kTimingGain = make::meaning(0.975, "rms of free runs with 
 
 /// All of them.
 inline constexpr std::array kAll{
-    &kModelError,  &kNoTrust,        &kAnotherModel,   &kAngleUnknown,  &kMayBeColoured, &kHeldOutScatter,
-    &kHeldOutMore, &kLagLeft,        &kMostlyNoise,    &kTerm,          &kOfSearch,      &kToldApart,
-    &kHint,        &kOdds20,         &kOdds150,        &kColoured,      &kHiddenTerm,    &kImpossible,
-    &kVectorSeen,  &kRestDiffers,    &kRecordsDiffer,  &kAxesToldApart, &kBand,          &kPartsDiffer,
-    &kNotWhite,    &kWhiteLeft,      &kNoiseKnown,     &kColourLeast,   &kColourAlike,   &kUnexplained,
-    &kLost,        &kHeldOutSeen,    &kRegressionPoor, &kSpringOpen,    &kUnbalanceOpen, &kPartsMatter,
-    &kRestMatters, &kRecordsMatter,  &kExplainsLeast,  &kHalf,          &kRunShare,      &kRunOpen,
-    &kDriveAngle,  &kHiddenGain,     &kHiddenTermGain, &kSurprise,      &kTooLarge,      &kWindow,
-    &kSpeaks,      &kTells,          &kOfDamping,      &kDampingChange, &kWarming,       &kSpringWithSpeed,
-    &kGyroscopic,  &kGainDrift,      &kProbe,          &kProbeCurve,    &kSameSignal,    &kSpeedRange,
-    &kSlowRoll,    &kNearStandstill, &kIsRate,         &kLateBetter,    &kLateLeast,     &kTimingLeast,
-    &kTimingGain};
+    &kModelError,    &kNoTrust,       &kAnotherModel,   &kAngleUnknown,  &kMayBeColoured, &kHeldOutScatter,
+    &kHeldOutMore,   &kLagLeft,       &kMostlyNoise,    &kTerm,          &kOfSearch,      &kToldApart,
+    &kHint,          &kOdds20,        &kOdds150,        &kColoured,      &kHiddenTerm,    &kImpossible,
+    &kVectorSeen,    &kRestDiffers,   &kRecordsDiffer,  &kAxesToldApart, &kBand,          &kPartsDiffer,
+    &kNotWhite,      &kWhiteLeft,     &kNoiseKnown,     &kColourLeast,   &kColourAlike,   &kUnexplained,
+    &kLost,          &kHeldOutSeen,   &kRegressionPoor, &kSpringOpen,    &kUnbalanceOpen, &kPartsMatter,
+    &kRestMatters,   &kRecordsMatter, &kExplainsLeast,  &kHalf,          &kRunShare,      &kRunOpen,
+    &kDriveAngle,    &kHiddenGain,    &kHiddenTermGain, &kSurprise,      &kTooLarge,      &kWindow,
+    &kSpeaks,        &kTells,         &kOfDamping,      &kDampingChange, &kWarming,       &kSpringWithSpeed,
+    &kQuinticAtPeak, &kGyroscopic,    &kGainDrift,      &kProbe,         &kProbeCurve,    &kSameSignal,
+    &kSpeedRange,    &kSlowRoll,      &kNearStandstill, &kIsRate,        &kLateBetter,    &kLateLeast,
+    &kTimingLeast,   &kTimingGain};
 
 }  // namespace whirl::identification::rules

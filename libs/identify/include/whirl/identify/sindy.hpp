@@ -155,6 +155,7 @@ struct StateScore {
   double rmse = 0;   ///< rms; infinite when a run diverges
   double nrmse = 0;  ///< rmse / rms(y - mean y): 0 perfect, 1 no better than the mean
   double noise = 0;  ///< noise sd of the channel: the floor of rmse
+  double band = 0;   ///< rms that noise and the model's intervals account for at 95 %, of a rotor; 0 or NaN: not known
 };
 /// Scores of every measured state, free runs restarted every `horizon` seconds (0: never). A run of a differential
 /// equation starts where its first characteristic period fits best, a map from the measured values.
