@@ -5,6 +5,7 @@
 #include <string>
 
 #include "certificate/certificate_runs.hpp"
+#include "certificate/design_peak.hpp"
 #include "whirl/tuning/design.hpp"
 
 namespace whirl::tuning {
@@ -41,6 +42,34 @@ TEST(CertificateRules, OnlyTheActuatorsMakeALoopFragile) {
   EXPECT_EQ(count(none.refused, "the peak rises from 0.000 to"), 4) << none.refused;
   EXPECT_EQ(count(none.refused, "with forces 5 % "), 4) << none.refused;
   EXPECT_THAT(none.refused, Not(HasSubstr("the profile reversed")));
+}
+
+// A table said "met: no" of the vibration beside exit code 0.
+TEST(CertificateRules, MachinesThatVibrateAsMuchAsWithoutControlRefuse) {
+  const rig::RigParameters rig;
+  IdentifiedModel model;
+  model.rotor = rig.true_model();
+  DesignOptions o;
+  o.law = "pd";
+  o.estimator = "kfe";
+  o.hardware = data_sheet(rig);
+  o.hardware.modes.clear();
+  ControllerDesign d = untuned_design(model, o);
+  const auto certified = [&](double open) {
+    d.summary = {};
+    d.margins = {{"certified", 1}, {"peak_m", 0}, {"open_peak_m", open}};
+    bound_peak(d, model, o);
+    return d.margins.at("certified") == 1;
+  };
+  EXPECT_TRUE(certified(1));
+  const double peak = d.margins.at("peak_m");
+  EXPECT_TRUE(certified(1.001 * peak));
+  EXPECT_EQ(d.summary.distrust(), nullptr);
+  EXPECT_FALSE(certified(peak));
+  const Finding* refused = d.summary.find(FindingCode::requirement_missed);
+  ASSERT_NE(refused, nullptr);
+  EXPECT_EQ(refused->consequence, Consequence::unusable);
+  EXPECT_THAT(refused->where, HasSubstr("against the run without control"));
 }
 
 }  // namespace

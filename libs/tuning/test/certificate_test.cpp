@@ -184,18 +184,5 @@ TEST(CertificateE2e, ADesignThatItsOwnWatchTakesBackIsNotCertified) {
   EXPECT_NE(all_warnings(d).find("supervision steps in"), std::string::npos) << all_warnings(d);
 }
 
-// A loop that does next to nothing is stable with every margin, and of no use.
-TEST(CertificateE2e, AVibrationNoSmallerThanWithoutControlIsNotCertified) {
-  const rig::RigParameters rig = rig_with_mode(46, 0.03);
-  DesignOptions o = known_rig(rig, "pd", "lpf");
-  o.feedforward = false;
-  o.evaluations = 1;
-  o.fixed = {{"kp", 1}, {"kd", 0.01}};
-  const ControllerDesign d = design(identified(rig), o);
-  EXPECT_GT(d.margins.at("peak_m"), 0.9 * d.margins.at("open_peak_m"));
-  EXPECT_EQ(d.margins.at("certified"), 0);
-  EXPECT_NE(all_warnings(d).find("against the run without control"), std::string::npos) << all_warnings(d);
-}
-
 }  // namespace
 }  // namespace whirl::tuning

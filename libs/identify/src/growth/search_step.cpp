@@ -248,7 +248,8 @@ bool RotorSearch::gives_up() {
   const double rest = misfit();
   if (rest - 1 <= 0.5 * (halved_ - 1)) {
     halved_ = rest;
-    at_half_ = tried_in_all_;
+    // Several records may differ by springs of their own, which are tried before much else is.
+    if (records_.size() == 1) at_half_ = tried_in_all_;
     tried_ = 0;
   }
   return rest > rules::kModelError && (tried_ > kPatience || spent());

@@ -38,7 +38,8 @@ std::vector<TermSize> sizes_of(const OutputErrorFit& fit) {
   const TermScale scale = scale_in_middle(fit);
   std::vector<TermSize> sizes;
   const auto add = [&](const TermEntry& entry, const TermParameter& parameter, double value) {
-    const double usual = entry.usual != nullptr ? std::abs(entry.usual(scale)) : 0;
+    double usual = entry.usual != nullptr ? std::abs(entry.usual(scale)) : 0;
+    if (entry.plausible != nullptr) usual = std::max(usual, entry.plausible(scale));
     if (usual > 0 && value != 0) sizes.push_back({&entry, parameter.name, parameter.unit, value, usual});
   };
   for (const RotorTerm& t : fit.terms) add(*t.entry, t.entry->parameters[t.part], t.value);

@@ -145,6 +145,7 @@ struct TermEntry {
 
   // Before the records, and what is said of it.
   double (*usual)(const TermScale& scale) = nullptr;  ///< coefficient among rotors that have it; null: none is usual
+  double (*plausible)(const TermScale& scale) = nullptr;  ///< coefficient that is none too large, whatever is usual
   TermPrior prior = {};
   Decider decider = Decider::unbalance;
   std::string_view hidden_note = {};  ///< where it may hide beside k1, k2 or c

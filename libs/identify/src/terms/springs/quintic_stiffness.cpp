@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "rules/rules.hpp"
 #include "terms/term.hpp"
 
@@ -19,12 +17,9 @@ const TermEntry& quintic_stiffness() {
           },
       .text = [](const TermAxis& a, const RotorTerm&) { return one(a.own + "*(X1^2 + X3^2)^2", -1); },
       .plant = {&rotor::FurtherForces<double>::k3},
-      // The next term of a series in |z|^2, or a small share of the linear force at the peak where the cubic one is
-      // small; springs beyond the cubic are common.
-      .usual =
-          [](const TermScale& s) {
-            return std::max(s.k2 * s.k2 / s.k1, rules::kQuinticAtPeak * s.k1 / std::pow(s.peak, 4));
-          },
+      // The next term of a series in |z|^2; springs beyond the cubic are common.
+      .usual = [](const TermScale& s) { return s.k2 * s.k2 / s.k1; },
+      .plausible = [](const TermScale& s) { return rules::kQuinticAtPeak * s.k1 / std::pow(s.peak, 4); },
       .prior = {rules::kCommonTerm, rules::kEitherSign, rules::kAsLikelyAsNot},
       .hidden_decider = "a run with more unbalance",
   };
