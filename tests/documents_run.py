@@ -156,7 +156,8 @@ def drive_run():
         q[i + 1] = q[i] + h / 6 * (r1 + 2 * r2 + 2 * r3 + rate(s, q[i] + h * r3))
     z = q[:, 0] + random.normal(0, 2e-6, n) + 1j * random.normal(0, 2e-6, n)
     t = np.arange(n) * h
-    table("run.csv", ["t_s", "x_m", "y_m", "beta_rad", "voltage_V"], t, z.real, z.imag, q[:, 2].real, np.where(t < 12, 12, 0))
+    columns = t, z.real, z.imag, q[:, 2].real, np.where(t < 12, 12, 0)
+    table("run.csv", ["t_s", "x_m", "y_m", "beta_rad", "voltage_V"], *(c[::2] for c in columns))  # 500 Hz are enough for 20 Hz
 
 
 def logger():
@@ -233,6 +234,15 @@ BEFORE = {  # the command that needs it, and no other command of a document
 }
 
 
+def cheaper(command):
+    """The command with less work in it where its form and not its numbers is what is tried here."""
+    if command.startswith("whirl design") and "--evaluations" not in command:
+        return command + " --evaluations 24"
+    if re.search("whirl monitor|--monitor", command):
+        return f"timeout --foreground --preserve-status -s INT 3 {command} --port 0"
+    return command
+
+
 def runnable(command):
     words = command.split()
     if "..." in command or "[" in re.sub(r'"[^"]*"', "", command) or re.search(r"\b(FILE|FORM|IN|OUT|SUB|DIR|NAME)\b", command):
@@ -260,8 +270,7 @@ def main():
                     before()
                 elif before and shell(before).returncode:
                     failed.append(f"before `{command}`: {before}")
-                run = f"timeout --foreground --preserve-status -s INT 3 {command} --port 0" if re.search("whirl monitor|--monitor", command) else command
-                outcome = shell(run)
+                outcome = shell(cheaper(command))
                 if outcome.returncode != (command in REFUSED):
                     failed.append(f"{file.relative_to(root)}: `{command}`: exit code {outcome.returncode}\n{outcome.stderr[-600:]}")
     if len(done) < 50:

@@ -18,6 +18,7 @@
 #include "defaults.hpp"
 #include "processor.hpp"
 #include "usage.hpp"
+#include "whirl/core/kept_memory.hpp"
 #include "whirl/io/remarks.hpp"
 #include "whirl/io/temporary.hpp"
 
@@ -181,6 +182,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   whirl::app::go_on_as_the_faster_build(argv);
+  whirl::keep_freed_memory();
   whirl::io::clean_up_on_signals();
   const int code = whirl::app::run(argc, argv);
   // What was printed counts as written only when all of it has arrived.

@@ -29,7 +29,8 @@ const Writer kWriters[] = {
     {"identify record.csv --no-holdout --method paper --out o.json", "o.json"},
     {"validate model.json record.csv --out o.json", "o.json"},
     {"simulate model.json --from-rpm 300 --to-rpm 900 --seconds 1 --out o.csv", "o.csv"},
-    {"design model.json --mass-kg 1.5 --law pd --estimator lpf --evaluations 1 --out o.json", "o.json"},
+    {"design model.json --mass-kg 1.5 --hardware short.toml --law pd --estimator lpf --evaluations 1 --out o.json",
+     "o.json"},
     {"run controller.json --log o.csv", "o.csv"},
     {"response model.json --from-rpm 300 --to-rpm 330 --out o.json", "o.json"},
     {"export c controller.json --prefix o --out out", "out/o.h"},
@@ -47,9 +48,10 @@ const Writer kWriters[] = {
 void try_faults(const Writer& w) {
   const Folder folder;
   copy_made(folder);
+  folder.write("short.toml", "[profile]\nstart_rpm = 1500\nend_rpm = 900\nramp_s = 1\ndwell_end_s = 0\n");
   const auto with = [&](const std::string& environment) {
-    return folder.whirl("--version >/dev/null; " + environment + " LD_PRELOAD='" + binary_dir() +
-                        "/tests/libwhirl_fault_shim.so' '" + program() + "' " + w.arguments + " --force --quiet");
+    return folder.shell(environment + " LD_PRELOAD='" + binary_dir() + "/tests/libwhirl_fault_shim.so' '" + program() +
+                        "' " + w.arguments + " --force --quiet");
   };
   const Outcome sound = with("WHIRL_FAULT_COUNT=count.txt");
   ASSERT_LE(sound.exit_code, 1) << sound.err;
@@ -113,8 +115,8 @@ TEST(OutputCommandsE2e, ABalancingSessionSurvivesEveryFault) {
   int refused = 0;
   for (const char* fault : {"enospc:1", "eio:1", "fsync:1", "rename:1", "short:1", "eintr:1", "kill:1"}) {
     folder.write("job.toml", before);
-    const Outcome o = folder.whirl("--version >/dev/null; WHIRL_FAULT=" + std::string(fault) + " LD_PRELOAD='" +
-                                   binary_dir() + "/tests/libwhirl_fault_shim.so' '" + program() + "' " + step);
+    const Outcome o = folder.shell("WHIRL_FAULT=" + std::string(fault) + " LD_PRELOAD='" + binary_dir() +
+                                   "/tests/libwhirl_fault_shim.so' '" + program() + "' " + step);
     refused += o.exit_code == 2;
     EXPECT_EQ(slurp(folder / "job.toml"), o.exit_code == 0 ? after : before) << fault << "\n" << o.err;
     folder.write("job.toml", before);
@@ -131,11 +133,11 @@ TEST(SignalE2e, AnEndedExportLeavesNoTemporaryFolder) {
   std::map<std::string, int> stopped;
   for (const char* signal : {"TERM", "HUP", "INT"}) {
     for (const double after : {0.05, 0.15, 0.4}) {
-      const Outcome o = folder.whirl(fmt::format(
-          "--version >/dev/null; TMPDIR=\"$PWD/tmp\" env --default-signal=INT setsid '{}' export fmu controller.json "
-          "--out fmu --force & sleep {}; "
-          "kill -{} $!; wait $!; echo $? > code.txt; true",
-          program(), after, signal));
+      const Outcome o = folder.shell(
+          fmt::format("TMPDIR=\"$PWD/tmp\" env --default-signal=INT setsid '{}' export fmu controller.json "
+                      "--out fmu --force & sleep {}; "
+                      "kill -{} $!; wait $!; echo $? > code.txt; true",
+                      program(), after, signal));
       (void)o;
       const int code = std::atoi(slurp(folder / "code.txt").c_str());
       EXPECT_TRUE(code == 0 || code > 128) << signal << " " << code;

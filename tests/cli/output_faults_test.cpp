@@ -42,8 +42,8 @@ class OutputE2e : public ::testing::Test {
   }
   static void TearDownTestSuite() { folder.reset(); }
   static Outcome with(const std::string& environment, const std::string& arguments) {
-    return folder->whirl("--version >/dev/null; " + environment + " LD_PRELOAD='" + binary_dir() +
-                         "/tests/libwhirl_fault_shim.so' '" + program() + "' " + arguments);
+    return folder->shell(environment + " LD_PRELOAD='" + binary_dir() + "/tests/libwhirl_fault_shim.so' '" + program() +
+                         "' " + arguments);
   }
   /// Counts of writes, fsyncs, renames and large allocations of a sound run.
   static std::array<long, 4> count(const std::string& arguments) {

@@ -44,9 +44,10 @@ class Folder {
   }
 
   /// Runs `whirl ARGUMENTS` in the folder, through the shell.
-  Outcome whirl(const std::string& arguments) const {
-    const std::string command =
-        "cd '" + path_.string() + "' && '" + program() + "' " + arguments + " >stdout.txt 2>stderr.txt </dev/null";
+  Outcome whirl(const std::string& arguments) const { return shell("'" + program() + "' " + arguments); }
+  /// Runs a line of the shell in the folder.
+  Outcome shell(const std::string& line) const {
+    const std::string command = "cd '" + path_.string() + "' && " + line + " >stdout.txt 2>stderr.txt </dev/null";
     const int status = std::system(command.c_str());
     Outcome outcome;
     outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

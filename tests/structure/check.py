@@ -2,8 +2,11 @@
 """The tree against docs/architecture.md: folders, include direction, sizes of folders and functions, format,
 what .clang-tidy asks of the public headers, the API reference.
 
-Usage: check.py SOURCE_DIR tree|includes|folders|functions|decisions|options|units|format|tidy|api     exit code 1 and one line per deviation
+Usage: check.py SOURCE_DIR tree|includes|folders|functions|decisions|options|units|format|tidy|api [MEMO]     exit code 1 and one line per deviation
+  MEMO    of tidy: the file that keeps which bytes were clean, so that it runs again only where one of them changed
 """
+import hashlib
+import json
 import pathlib
 import re
 import shutil
@@ -189,8 +192,21 @@ def form(root):
                    re.findall(r"^([^:\n]+):\d+:\d+: warning: code should be clang-formatted", result.stderr, re.M)})
 
 
-def tidy(root):
-    """.clang-tidy over every header that another library may include, as one unit."""
+def unchanged(memo, key):
+    """Whether the run that `memo` holds was the same call, and every file that it read still has the same bytes."""
+    if memo is None or not memo.is_file():
+        return False
+    kept = json.loads(memo.read_text())
+    return kept["key"] == key and all(pathlib.Path(f).is_file() and digest(f) == d for f, d in kept["files"].items())
+
+
+def digest(file):
+    return hashlib.sha256(pathlib.Path(file).read_bytes()).hexdigest()
+
+
+def tidy(root, memo=None):
+    """.clang-tidy over every header that another library may include, as one unit. Without a finding, the files that it read
+    are kept in `memo`, those of Eigen and the C++ library too: minutes, and most changes touch no header."""
     tool = shutil.which("clang-tidy")
     if tool is None:
         print("SKIPPED: no clang-tidy here (packages-test.txt)")
@@ -198,14 +214,25 @@ def tidy(root):
     headers = [f for f in tracked(root) if re.match(r"(libs/\w+/|testing/|)(include|internal)/whirl/.*\.hpp$", f)]
     roots = sorted({h.partition("whirl/")[0] for h in headers})
     flags = subprocess.run(["pkg-config", "--cflags", "eigen3", "tomlplusplus"], capture_output=True, text=True).stdout.split()
+    settings = root / ".clang-tidy"
+    text = "".join(f"#include <{h[h.index('whirl/'):]}>\n" for h in headers)
+    call = ["-std=c++20", "-DEIGEN_MAX_ALIGN_BYTES=64", *[f"-I{root / r}" for r in roots], *flags]
+    version = subprocess.run([tool, "--version"], capture_output=True, text=True).stdout
+    key = [version, text, call]
+    if unchanged(memo, key):
+        print("the headers are those of the last run, which found nothing")
+        return []
     with tempfile.NamedTemporaryFile("w", suffix=".cpp") as unit:
-        unit.write("".join(f"#include <{h[h.index('whirl/'):]}>\n" for h in headers))
+        unit.write(text)
         unit.flush()
-        result = subprocess.run([tool, "--quiet", f"--config-file={root / '.clang-tidy'}", unit.name, "--", "-std=c++20",
-                                 "-DEIGEN_MAX_ALIGN_BYTES=64", *[f"-I{root / r}" for r in roots], *flags],
-                                capture_output=True, text=True)
+        result = subprocess.run([tool, "--quiet", f"--config-file={settings}", unit.name, "--", *call], capture_output=True, text=True)
+        read = subprocess.run([shutil.which("clang++") or "c++", "-M", *call, unit.name], capture_output=True, text=True)
+        files = {f for f in re.split(r"[\s\\]+", read.stdout.partition(":")[2]) if f} - {unit.name}
     wrong = sorted(set(re.findall(r"^(\S+:\d+:\d+: (?:error|warning): .*)$", result.stdout, re.M)))
-    return wrong or ([result.stderr] if result.returncode else [])
+    wrong = wrong or ([result.stderr] if result.returncode else [])
+    if memo is not None and not wrong and read.returncode == 0:
+        memo.write_text(json.dumps({"key": key, "files": {f: digest(f) for f in sorted(files | {str(settings)})}}))
+    return wrong
 
 
 def api(root):
@@ -228,7 +255,8 @@ def main():
     root = pathlib.Path(sys.argv[1])
     check = {"tree": tree, "includes": includes, "folders": folders, "functions": functions, "decisions": decisions, "options": options,
              "units": units, "format": form, "tidy": tidy, "api": api}
-    wrong = check[sys.argv[2]](root)
+    memo = [pathlib.Path(sys.argv[3])] if sys.argv[2] == "tidy" and len(sys.argv) > 3 else []
+    wrong = check[sys.argv[2]](root, *memo)
     print("\n".join(wrong))
     return 1 if wrong else 0
 

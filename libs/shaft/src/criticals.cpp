@@ -19,8 +19,11 @@ namespace {
 constexpr double kRounding = 1e-12;  // of the largest stiffness: a free rotor's is zero
 constexpr int kScanned = 200;        // speeds between which supports that depend on speed are taken as smooth
 
+/// Whether the directions of whirl are wanted: they need the vectors, two thirds of the work.
+enum class Whirl { left_out, found };
+
 /// Answers of the eigenproblem with the supports' values at `speed`, ascending.
-std::vector<Critical> criticals_with_supports_at(const System& s, double speed, double ratio) {
+std::vector<Critical> criticals_with_supports_at(const System& s, double speed, double ratio, Whirl whirl) {
   const Index n = s.size();
   System still = s;
   still.rotating.setZero();
@@ -39,16 +42,19 @@ std::vector<Critical> criticals_with_supports_at(const System& s, double speed, 
   const MatrixXcd lower = MatrixXd(cholesky.matrixL()).cast<Complex>();
   MatrixXcd reduced = lower.triangularView<Eigen::Lower>().solve(inertia);
   reduced = lower.triangularView<Eigen::Lower>().solve(MatrixXcd(reduced.adjoint())).eval();
-  const Eigen::SelfAdjointEigenSolver<MatrixXcd> solver((reduced + reduced.adjoint()) / 2);
+  const Eigen::SelfAdjointEigenSolver<MatrixXcd> solver(
+      (reduced + reduced.adjoint()) / 2, whirl == Whirl::found ? Eigen::ComputeEigenvectors : Eigen::EigenvaluesOnly);
   const double largest = solver.eigenvalues().cwiseAbs().maxCoeff();
   for (Index k = 2 * n - 1; k >= 0; --k) {
     const double value = solver.eigenvalues()[k];
     if (value <= 1e-14 * largest) break;  // no real speed: the gyroscopic moment outruns the mode
+    const double frequency = std::sqrt(1 / value);
+    found.push_back({ratio * frequency, frequency, 0});
+    if (whirl == Whirl::left_out) continue;
     const VectorXcd v = lower.adjoint().triangularView<Eigen::Upper>().solve(solver.eigenvectors().col(k));
     const VectorXcd x = s.deflection * v.head(n), y = s.deflection * v.tail(n);
     const double forward = (x + Complex(0, 1) * y).squaredNorm(), backward = (x - Complex(0, 1) * y).squaredNorm();
-    const double frequency = std::sqrt(1 / value);
-    found.push_back({ratio * frequency, frequency, (forward - backward) / (forward + backward)});
+    found.back().direction = (forward - backward) / (forward + backward);
   }
   if (s.free > 0 && !found.empty()) {
     const double bends = found[std::min(found.size() - 1, static_cast<std::size_t>(s.free))].frequency;
@@ -76,9 +82,9 @@ std::vector<Critical> criticals(const System& s, double highest, double spin_per
         "the supports do not bring the rotor back to its place at rest (a negative stiffness): it has no critical "
         "speeds "
         "without control; see whirl rotor control");
-  if (s.constant()) return below(criticals_with_supports_at(s, 0, spin_per_whirl));
+  if (s.constant()) return below(criticals_with_supports_at(s, 0, spin_per_whirl, Whirl::found));
   // The k-th answer w_k(W) with the supports of speed W: critical where w_k(W) = W.
-  const auto at = [&](double speed) { return criticals_with_supports_at(s, speed, spin_per_whirl); };
+  const auto at = [&](double speed) { return criticals_with_supports_at(s, speed, spin_per_whirl, Whirl::left_out); };
   std::vector<Critical> result;
   std::vector<Critical> before = at(0);
   for (int i = 1; i <= kScanned; ++i) {
@@ -88,15 +94,15 @@ std::vector<Critical> criticals(const System& s, double highest, double spin_per
       if ((before[k].speed > from) == (now[k].speed > to)) continue;
       const bool above = before[k].speed > from;
       double low = from, high = to;
-      Critical best = now[k];
+      double best = to;
       while (high - low > 1e-9 * high) {
         const double middle = (low + high) / 2;
         const std::vector<Critical> there = at(middle);
         if (k >= there.size()) break;
-        best = there[k];
-        ((best.speed > middle) == above ? low : high) = middle;
+        best = middle;
+        ((there[k].speed > middle) == above ? low : high) = middle;
       }
-      result.push_back(best);
+      result.push_back(criticals_with_supports_at(s, best, spin_per_whirl, Whirl::found)[k]);
     }
     before = std::move(now);
   }
