@@ -36,7 +36,7 @@ const Writer kWriters[] = {
     {"export c controller.json --prefix o --out out", "out/o.h"},
     {"export python controller.json --prefix o --out out", "out/o.py"},
     {"rig stiffness --out o.csv", "o.csv"},
-    {"oma record.csv --out o.json", "o.json"},
+    {"oma record.csv --rows 0:3000 --out o.json", "o.json"},
     {"decay decay.csv --out o.json", "o.json"},
     {"decay decay.csv --points o.json", "o.json"},
     {"balance runs.csv --phase lag --amplitude pp --angles against --slow-roll-rpm 400 --out o.json", "o.json"},
