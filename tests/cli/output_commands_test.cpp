@@ -133,8 +133,9 @@ TEST(SignalE2e, AnEndedExportLeavesNoTemporaryFolder) {
   std::map<std::string, int> stopped;
   for (const char* signal : {"TERM", "HUP", "INT"}) {
     for (const double after : {0.05, 0.15, 0.4}) {
+      // `true;` ends the list that enters the folder: only the export goes to the background.
       const Outcome o = folder.shell(
-          fmt::format("TMPDIR=\"$PWD/tmp\" env --default-signal=INT setsid '{}' export fmu controller.json "
+          fmt::format("true; TMPDIR=\"$PWD/tmp\" env --default-signal=INT setsid '{}' export fmu controller.json "
                       "--out fmu --force & sleep {}; "
                       "kill -{} $!; wait $!; echo $? > code.txt; true",
                       program(), after, signal));
