@@ -73,10 +73,10 @@ double lead_over_usual(const std::vector<ScoreCandidate>& candidates, const std:
 }
 
 std::vector<TermId> next_terms(const std::vector<ScoreCandidate>& candidates, const Growth& growth,
-                               const std::vector<TermId>& refused, double threshold, bool rare, bool first) {
+                               const std::vector<TermId>& refused, double threshold, bool rare, bool first,
+                               double lead) {
   constexpr std::size_t kMost = 6;
   std::vector<TermId> terms;
-  const double lead = lead_over_usual(candidates, refused);
   double best = 0;
   bool usual = false;                           // one of the usual terms has been met
   for (const ScoreCandidate& c : candidates) {  // by falling score

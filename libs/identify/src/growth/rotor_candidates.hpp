@@ -33,9 +33,10 @@ double threshold_of(const TermEntry& term, double threshold);
 /// Above it a rare term leads: twice the highest score of a usual term that is not refused.
 double lead_over_usual(const std::vector<ScoreCandidate>& candidates, const std::vector<TermId>& refused);
 /// Candidates to try next. Many look alike near resonance, so all whose score comes near the best are tried and the
-/// trajectory decides. Rare terms are tried where `rare` says so and where they lead; `first`: also where one scores
-/// above every usual term.
+/// trajectory decides. Rare terms are tried where `rare` says so and where they score above `lead`; `first`: also where
+/// one scores above every usual term.
 std::vector<TermId> next_terms(const std::vector<ScoreCandidate>& candidates, const Growth& growth,
-                               const std::vector<TermId>& refused, double threshold, bool rare, bool first);
+                               const std::vector<TermId>& refused, double threshold, bool rare, bool first,
+                               double lead);
 
 }  // namespace whirl::identification::detail

@@ -91,7 +91,7 @@ class RotorSearch {
   void count(const OutputErrorFit& trial, const Growth& growth, double before = 0);
   bool spent() const;
   bool gives_up();
-  bool goes_on_with_rare_terms();
+  double lead(const ScoreTest& score) const;
   bool explains_enough(const OutputErrorFit& larger) const;
 
   // The model found.

@@ -50,12 +50,11 @@ bool RotorSearch::step() {
   settle();
   const ScoreTest score = test();
   if (gives_up()) {
-    if (goes_on_with_rare_terms()) return true;
     warn_of_missing(score);
     return false;
   }
   const std::vector<TermId> terms =
-      next_terms(score.candidates, growth_, refused_, options_.score_threshold, rare_, taken_.empty());
+      next_terms(score.candidates, growth_, refused_, options_.score_threshold, rare_, taken_.empty(), lead(score));
   Trials trials = try_each(terms, score);
   // The trajectory must confirm the weak equations.
   if (trials.best) {
@@ -67,32 +66,25 @@ bool RotorSearch::step() {
     }
   }
   refused_.insert(refused_.end(), terms.begin(), terms.end());
-  if (!terms.empty() || goes_on_with_rare_terms()) return true;
+  if (!terms.empty()) return true;
   warn_of_missing(score);
   return false;
 }
 
-/// The motion is followed, and the equations show that something small is missing: a rare term may be added to those
-/// found. (Where the motion is not followed they may stand in for it: begun again.)
-bool RotorSearch::goes_on_with_rare_terms() {
-  if (rare_ || modes_ || !options_.terms || fit_.summary.chi_square > rules::kModelError ||
-      misfit() < rules::kModelError)
-    return false;
-  rare_ = true;
-  refused_.clear();
-  at_half_ = tried_in_all_;
-  tried_ = 0;
-  return true;
+/// Score from which on a rare term leads: it is chosen among all, as a mode that is sought. Several records may differ
+/// by springs of their own, which come first.
+double RotorSearch::lead(const ScoreTest& score) const {
+  if (records_.size() > 1) return INFINITY;
+  return std::max(lead_over_usual(score.candidates, refused_), rules::kOfSearch * options_.score_threshold);
 }
 
 /// A fit with each term; those of the highest scores and those that begin at one instant to the end.
 RotorSearch::Trials RotorSearch::try_each(const std::vector<TermId>& terms, const ScoreTest& score) {
   Trials trials;
   std::vector<std::pair<std::size_t, OutputErrorFit>> slow;  // that ran out of steps; a fit holds its motions
-  const double lead = lead_over_usual(score.candidates, refused_);
-  const auto leads = [&](const TermEntry* entry) {
+  const auto leads = [&, least = lead(score)](const TermEntry* entry) {
     return std::ranges::any_of(score.candidates,
-                               [&](const ScoreCandidate& c) { return c.term == entry && c.score > lead; });
+                               [&](const ScoreCandidate& c) { return c.term == entry && c.score > least; });
   };
   std::vector<std::pair<TermId, Growth>> larger;
   for (const TermId& term : terms) {
@@ -248,8 +240,9 @@ bool RotorSearch::gives_up() {
   const double rest = misfit();
   if (rest - 1 <= 0.5 * (halved_ - 1)) {
     halved_ = rest;
-    // Several records may differ by springs of their own, which are tried before much else is.
-    if (records_.size() == 1) at_half_ = tried_in_all_;
+    // A machine with many usual parts takes many steps. (Several records may differ by springs of their own, which are
+    // tried before much else is; rare terms and modes of any frequency can follow what is none of them.)
+    if (records_.size() == 1 && !rare_ && !modes_) at_half_ = tried_in_all_;
     tried_ = 0;
   }
   return rest > rules::kModelError && (tried_ > kPatience || spent());
