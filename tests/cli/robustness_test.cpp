@@ -55,10 +55,11 @@ TEST_F(RobustnessE2e, SameBytesForAnyLanesThreadsAndProcesses) {
 }
 
 TEST_F(RobustnessE2e, KilledStudyGoesOnToTheSameBytes) {
-  // Killed as soon as some samples are on disk.
+  // Stopped as soon as some samples are on disk, so that it is not done before the other program looks, and killed.
   shell(std::string("'") + program() + "' " + study(40) +
         " --threads 1 --lanes 8 --checkpoint ck.txt --out killed & p=$!; "
-        "for i in $(seq 2000); do [ -f ck.txt ] && [ $(wc -l < ck.txt) -gt 8 ] && break; sleep 0.01; done; '" +
+        "for i in $(seq 2000); do [ -f ck.txt ] && [ $(wc -l < ck.txt) -gt 8 ] && break; sleep 0.01; done; kill -STOP "
+        "$p; '" +
         program() + "' " + study(40) +
         " --checkpoint ck.txt 2>second.txt; echo $? >second_code.txt; kill -9 $p; wait $p");
   // Meanwhile nobody else writes it.
