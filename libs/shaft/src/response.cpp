@@ -45,6 +45,8 @@ VectorXcd synchronous_solution(const System& s, double speed) {
   return Eigen::PartialPivLU<MatrixXcd>(dynamic).solve(both);
 }
 
+namespace {
+
 /// A magnet whose bias stiffness lets the rotor fall holds it, under control, where its probe reads zero.
 void hold_at_magnets(System& s) {
   const double rigid = 1e3 * s.stiffness.diagonal().maxCoeff();
@@ -53,6 +55,8 @@ void hold_at_magnets(System& s) {
     if (a.law.constant() && pull.trace() < 0) a.law.stiffness = {pull * (rigid / pull.trace())};
   }
 }
+
+}  // namespace
 
 Sag static_sag(const System& system) {
   Sag sag;
