@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
+#include <algorithm>
+#include <functional>
 #include <numbers>
 #include <random>
 
@@ -25,6 +27,25 @@ TEST(RotorCandidates, ANameOfAModeHoldsWhenAnotherIsTaken) {
   ASSERT_EQ(two.start.modes.size(), 2U);
   EXPECT_DOUBLE_EQ(two.start.modes[1].omega, 2 * std::numbers::pi * 60);
   EXPECT_DOUBLE_EQ(two.active.modes.decays[1].omega, 2 * std::numbers::pi * 60);
+}
+
+/// Whether a rare term is tried beside a usual one, by their scores.
+bool rare_is_tried(double usual, double rare, const std::vector<TermId>& refused = {}) {
+  constexpr double kThreshold = 16;
+  std::vector<ScoreCandidate> by_score{{&terms::quintic_stiffness(), 0, usual}, {&terms::quadratic_springs(), 0, rare}};
+  std::ranges::sort(by_score, std::greater{}, &ScoreCandidate::score);
+  const std::vector<TermId> tried =
+      next_terms(by_score, Growth{}, refused, kThreshold, false, false, lead_over_usual(by_score, refused, kThreshold));
+  return std::ranges::find(tried, TermId{&terms::quadratic_springs()}) != tried.end();
+}
+
+TEST(RotorCandidates, ARareTermIsTriedBesideUsualOnesOnlyWhereItLeads) {
+  EXPECT_FALSE(rare_is_tried(100, 199)) << "less than twice the usual one";
+  EXPECT_TRUE(rare_is_tried(100, 201));
+  EXPECT_FALSE(rare_is_tried(1, 47)) << "below the level of what is chosen among all";
+  EXPECT_TRUE(rare_is_tried(1, 49));
+  EXPECT_TRUE(rare_is_tried(100, 101, {{&terms::quintic_stiffness()}})) << "the usual one was tried and refused";
+  EXPECT_FALSE(rare_is_tried(100, 300, {{&terms::quadratic_springs()}})) << "refused itself";
 }
 
 /// Columns and a residual of white noise, drawn with a seed.

@@ -6,7 +6,7 @@
 
 #include "certificate/certificate_runs.hpp"
 #include "certificate/design_peak.hpp"
-#include "whirl/tuning/design.hpp"
+#include "rig_design.hpp"
 
 namespace whirl::tuning {
 namespace {
@@ -23,13 +23,9 @@ int count(const std::string& text, const std::string& word) {
 // Of the tolerances of the actuators alone, twice the nominal peak and 30 um: what stands on exact forces.
 TEST(CertificateRules, OnlyTheActuatorsMakeALoopFragile) {
   const rig::RigParameters rig;
-  IdentifiedModel model;
-  model.rotor = rig.true_model();
+  IdentifiedModel model = true_model(rig);
   model.rotor->eps *= 10;  // beyond the 30 um, with forces for it
-  DesignOptions o;
-  o.law = "pd";
-  o.estimator = "kfe";
-  o.hardware = data_sheet(rig);
+  DesignOptions o = options_of(data_sheet(rig));
   o.hardware.modes.clear();
   o.hardware.actuator.voltage_limit = 200;
   const ControllerDesign d = untuned_design(model, o);
@@ -47,12 +43,8 @@ TEST(CertificateRules, OnlyTheActuatorsMakeALoopFragile) {
 // A table said "met: no" of the vibration beside exit code 0.
 TEST(CertificateRules, MachinesThatVibrateAsMuchAsWithoutControlRefuse) {
   const rig::RigParameters rig;
-  IdentifiedModel model;
-  model.rotor = rig.true_model();
-  DesignOptions o;
-  o.law = "pd";
-  o.estimator = "kfe";
-  o.hardware = data_sheet(rig);
+  const IdentifiedModel model = true_model(rig);
+  DesignOptions o = options_of(data_sheet(rig));
   o.hardware.modes.clear();
   ControllerDesign d = untuned_design(model, o);
   const auto certified = [&](double open) {

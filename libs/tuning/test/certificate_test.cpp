@@ -6,6 +6,7 @@
 #include <string>
 #include <tuple>
 
+#include "rig_design.hpp"
 #include "whirl/control/supervisor.hpp"
 #include "whirl/tuning/closed_loop.hpp"
 #include "whirl/tuning/design.hpp"
@@ -22,19 +23,13 @@ rig::RigParameters rig_with_mode(double hertz, double participation) {
 }
 
 IdentifiedModel identified(const rig::RigParameters& rig) {
-  IdentifiedModel m;
-  m.method = "stand-in";
-  m.rotor = rig.true_model();
+  IdentifiedModel m = true_model(rig);
   m.rotor->eps *= std::polar(0.99, 0.01);
   return m;
 }
 
 DesignOptions known_rig(const rig::RigParameters& rig, const char* law, const char* estimator) {
-  DesignOptions o;
-  o.law = law;
-  o.estimator = estimator;
-  o.feedforward = !std::string(law).starts_with("pd_");
-  o.hardware = data_sheet(rig);
+  DesignOptions o = options_of(data_sheet(rig), law, estimator);
   o.hardware.modes = rig.modes;
   for (rig::RigMode& mode : o.hardware.modes) mode.initial = 0;
   return o;

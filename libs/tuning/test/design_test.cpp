@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <numbers>
 
+#include "rig_design.hpp"
 #include "runs/design_scenarios.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/core/error.hpp"
@@ -15,11 +16,8 @@ namespace {
 
 /// What an identification of the default rig gives: stiffness 1 % and cubic 10 % off, damping 30 % high,
 /// unbalance 4 % and 4 degrees off, anisotropy not seen.
-IdentifiedModel identified_model(const rig::RigParameters& rig) {
-  IdentifiedModel m;
-  m.method = "stand-in";
-  m.rotor = rig.true_model();
-  m.rotor->k1_conj = m.rotor->c_conj = 0;
+IdentifiedModel model_found(const rig::RigParameters& rig) {
+  IdentifiedModel m = round_model(rig);
   m.rotor->k1 *= 1.01;
   m.rotor->k2 *= 0.9;
   m.rotor->c *= 1.3;
@@ -38,7 +36,7 @@ DesignOptions options_for(const rig::RigParameters& rig, const char* law, const 
 
 TEST(DesignE2e, EquationAsPrintedExceedsThePaperOnTheRig) {
   const rig::RigParameters rig;
-  const ControllerDesign d = design(identified_model(rig), options_for(rig, "tsmc_paper", "lpf", 24));
+  const ControllerDesign d = design(model_found(rig), options_for(rig, "tsmc_paper", "lpf", 24));
   ClosedLoopOptions run;
   run.run.seed = 77;
   const ClosedLoopMetrics m = ClosedLoopPlant(rig, run).run(d);
@@ -62,7 +60,7 @@ TEST(DesignUnit, ALawThatPassesTheRingingOfTheStructureOnCostsMore) {
   o.hardware.laser.runout_1x = o.hardware.laser.runout_2x = o.hardware.laser.runout_3x = 0;
   o.hardware.modes = rig.modes;
   for (rig::RigMode& mode : o.hardware.modes) mode.initial = 0;
-  IdentifiedModel model = identified_model(rig);
+  IdentifiedModel model = model_found(rig);
   model.rotor->eps = rig.true_model().eps;
   // What the ringing adds to the cost, and the peak on the rig.
   const auto rise_and_peak = [&](const std::map<std::string, double>& fixed) {
@@ -86,7 +84,7 @@ TEST(DesignUnit, ALawThatPassesTheRingingOfTheStructureOnCostsMore) {
 
 TEST(DesignE2e, EccentricityObserverReachesTheStretchTargets) {
   const rig::RigParameters rig;
-  const IdentifiedModel model = identified_model(rig);
+  const IdentifiedModel model = model_found(rig);
   ControllerDesign d = design(model, options_for(rig, "lsmc", "kfe", 30));
   EXPECT_EQ(d.margins.at("certified"), 1);
   EXPECT_GE(d.margins.at("delay_margin_s"), 1e-3);
@@ -129,13 +127,13 @@ TEST(DesignE2e, RunoutFromASlowRollIsRemoved) {
   DesignOptions o = options_for(rig, "pd", "kfe", 1);
   o.hardware.slow_roll = control::estimate_runout(rig::record_open_loop(slow).measured);
   o.fixed = {{"kp", -450}, {"kd", 27}, {"acceleration_noise", 0.57}, {"eccentricity_walk", 9.4e-6}};
-  const ControllerDesign with = untuned_design(identified_model(rig), o);
+  const ControllerDesign with = untuned_design(model_found(rig), o);
   EXPECT_NEAR(std::hypot(with.parameters.at("runout_x_cos_1"), with.parameters.at("runout_x_sin_1")), 12e-6, 1e-6);
   const ClosedLoopPlant plant(rig);
   const double removed = plant.run(with).closed.all;
   o.hardware.slow_roll.reset();
   EXPECT_LE(removed, 0.015e-3);
-  EXPECT_LT(removed, 0.8 * plant.run(untuned_design(identified_model(rig), o)).closed.all);
+  EXPECT_LT(removed, 0.8 * plant.run(untuned_design(model_found(rig), o)).closed.all);
 }
 
 TEST(DesignUnit, IdentifiedRunoutIsThatOfThePhasors) {
@@ -157,14 +155,14 @@ TEST(DesignProperty, SameResultForAnyNumberOfThreads) {
   const rig::RigParameters rig;
   DesignOptions o = options_for(rig, "pd", "kalman", 5);
   o.threads = 1;
-  const ControllerDesign one = design(identified_model(rig), o);
+  const ControllerDesign one = design(model_found(rig), o);
   o.threads = 3;
   long calls = 0;
   o.progress.tuning = [&](const DesignProgress& p) {
     EXPECT_EQ(p.evaluation, ++calls);
     EXPECT_LE(p.best, p.objective);
   };
-  const ControllerDesign three = design(identified_model(rig), o);
+  const ControllerDesign three = design(model_found(rig), o);
   EXPECT_EQ(one.parameters, three.parameters);
   EXPECT_EQ(one.margins, three.margins);
   EXPECT_GE(calls, 4);
@@ -178,7 +176,7 @@ TEST(DesignUnit, ASearchOfAnyBudgetEnds) {
     o.progress.tuning = [&](const DesignProgress& p) {
       if (p.evaluation > 20) throw std::runtime_error("goes on");
     };
-    EXPECT_NO_THROW(design(identified_model(rig), o)) << budget;
+    EXPECT_NO_THROW(design(model_found(rig), o)) << budget;
   }
 }
 
@@ -186,7 +184,7 @@ TEST(DesignUnit, FixedParametersAreNotTouched) {
   const rig::RigParameters rig;
   DesignOptions o = options_for(rig, "tsmc", "lpf", 3);
   o.fixed = {{"exponent", 0.6}, {"cutoff", 150}, {"cancel", 0.8}};
-  const ControllerDesign d = design(identified_model(rig), o);
+  const ControllerDesign d = design(model_found(rig), o);
   EXPECT_EQ(d.parameters.at("exponent"), 0.6);
   EXPECT_EQ(d.parameters.at("cutoff"), 150);
   EXPECT_EQ(d.parameters.at("cancel"), 0.8);
@@ -200,7 +198,7 @@ TEST(DesignUnit, NegativeStiffnessIsNotCertified) {
   const rig::RigParameters rig;
   DesignOptions o = options_for(rig, "lsmc", "kalman", 1);
   o.fixed = {{"cancel", 1}, {"surface_gain", 20}, {"switching_gain", 1}, {"boundary_layer", 0.05}};
-  ControllerDesign d = untuned_design(identified_model(rig), o);
+  ControllerDesign d = untuned_design(model_found(rig), o);
   assess(d, o);
   EXPECT_EQ(d.margins.at("certified"), 0);
   EXPECT_LT(d.margins.at("static_stiffness"), 0);
@@ -215,7 +213,7 @@ TEST(DesignUnit, Equation42IsEvaluated) {
   const rig::RigParameters rig;
   DesignOptions o = options_for(rig, "tsmc", "kfe", 1);
   o.fixed = {{"switching_gain", 8}, {"boundary_layer", 0.3}, {"surface_gain", 40}};
-  ControllerDesign d = untuned_design(identified_model(rig), o);
+  ControllerDesign d = untuned_design(model_found(rig), o);
   assess(d, o);
   EXPECT_NEAR(d.margins.at("kappa"), 8 - d.margins.at("disturbance_bound"), 1e-12);
   EXPECT_GT(d.margins.at("kappa"), 0);
@@ -239,7 +237,7 @@ TEST(DesignUnit, DataSheetTellsNothingOnlyTheRigKnows) {
   rig.modes.clear();
   rig.profile.ripple = 0.1;
   const Hardware after = data_sheet(rig);
-  const RotorModel model = *identified_model(rig::RigParameters{}).rotor;
+  const RotorModel model = *model_found(rig::RigParameters{}).rotor;
   ControllerDesign d;
   d.law = "pd", d.estimator = "lpf", d.model = model, d.delay = 2e-3;
   const auto a = ClosedLoopPlant(tuning_plant(model, before)).run(d);
@@ -250,7 +248,7 @@ TEST(DesignUnit, DataSheetTellsNothingOnlyTheRigKnows) {
 
 TEST(DesignUnit, ErrorsNameTheField) {
   const rig::RigParameters rig;
-  IdentifiedModel model = identified_model(rig);
+  IdentifiedModel model = model_found(rig);
   EXPECT_THROW(design(model, options_for(rig, "tsmcc", "lpf", 5)), Error);
   EXPECT_THROW(design(model, options_for(rig, "tsmc", "lpf", 0)), Error);
   DesignOptions o = options_for(rig, "tsmc", "lpf", 5);

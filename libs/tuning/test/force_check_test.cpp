@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "foreign_designs.hpp"
+#include "rig_design.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/supervisor.hpp"
 #include "whirl/rig/virtual_rig.hpp"
@@ -20,15 +21,9 @@ namespace whirl::tuning {
 namespace {
 
 ControllerDesign rig_design(const rig::RigParameters& rig, const std::string& law, const std::string& estimator) {
-  IdentifiedModel model;
-  model.rotor = rig.true_model();
-  model.rotor->k1_conj = model.rotor->c_conj = 0;
+  IdentifiedModel model = round_model(rig);
   model.rotor->eps *= std::polar(0.96, 0.07);
-  DesignOptions o;
-  o.law = law;
-  o.estimator = estimator;
-  o.feedforward = !law.starts_with("pd_");
-  o.hardware = data_sheet(rig);
+  DesignOptions o = options_of(data_sheet(rig), law, estimator);
   o.evaluations = 8;
   return design(model, o);
 }

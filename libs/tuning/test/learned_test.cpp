@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "monte_carlo/training.hpp"
+#include "rig_design.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/control/method.hpp"
 #include "whirl/rig/records.hpp"
@@ -9,13 +10,6 @@
 
 namespace whirl::tuning {
 namespace {
-
-IdentifiedModel model_of(const rig::RigParameters& rig) {
-  IdentifiedModel m;
-  m.method = "stand-in";
-  m.rotor = rig.true_model();
-  return m;
-}
 
 DesignOptions options_of(const rig::RigParameters& rig, int threads) {
   DesignOptions o;
@@ -33,7 +27,7 @@ DesignOptions options_of(const rig::RigParameters& rig, int threads) {
 // What the training says it gained is gained on machines it has never seen.
 TEST(LearnedE2e, TrainingGainsOnMachinesItHasNotSeenAndKeepsToItsBudget) {
   const rig::RigParameters rig;
-  const IdentifiedModel model = model_of(rig);
+  const IdentifiedModel model = true_model(rig);
   DesignOptions o = options_of(rig, 0);
   o.fixed["gain_im_0"] = 0.9;
   const ControllerDesign d = design(model, o);
@@ -56,7 +50,7 @@ TEST(LearnedProperty, TheWeightsDoNotDependOnTheNumberOfThreads) {
   const rig::RigParameters rig;
   DesignOptions alone = options_of(rig, 1), three_threads = options_of(rig, 3);
   for (DesignOptions* o : {&alone, &three_threads}) o->evaluations = 1, o->inputs.training_runs = 300;
-  const ControllerDesign one = design(model_of(rig), alone), three = design(model_of(rig), three_threads);
+  const ControllerDesign one = design(true_model(rig), alone), three = design(true_model(rig), three_threads);
   EXPECT_EQ(one.parameters, three.parameters);
 }
 

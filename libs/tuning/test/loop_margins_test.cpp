@@ -7,6 +7,7 @@
 #include <random>
 
 #include "response_estimate.hpp"
+#include "rig_design.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/core/angles.hpp"
@@ -16,19 +17,12 @@
 namespace whirl::tuning {
 namespace {
 
-IdentifiedModel margin_model(const rig::RigParameters& rig) {
-  IdentifiedModel m;
-  m.rotor = rig.true_model();
-  m.rotor->k1_conj = m.rotor->c_conj = 0;
-  return m;
-}
-
 ControllerDesign default_design(const rig::RigParameters& rig, const std::string& law, const std::string& estimator) {
   DesignOptions o;
   o.law = law;
   o.estimator = estimator;
   o.hardware = data_sheet(rig);
-  return untuned_design(margin_model(rig), o);
+  return untuned_design(round_model(rig), o);
 }
 
 /// The default rig without what couples forward with backward whirl; `seed` > 0: another machine with other modes,

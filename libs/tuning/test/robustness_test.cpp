@@ -7,6 +7,7 @@
 
 #include "monte_carlo/machine_lanes.hpp"
 #include "monte_carlo/monte_carlo_draw.hpp"
+#include "rig_design.hpp"
 #include "runs/design_scenarios.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/tuning/compare.hpp"
@@ -15,28 +16,15 @@
 namespace whirl::tuning {
 namespace {
 
-IdentifiedModel identified(const rig::RigParameters& rig) {
-  IdentifiedModel m;
-  m.rotor = rig.true_model();
-  m.rotor->k1_conj = m.rotor->c_conj = 0;
-  m.rotor->k1 *= 1.01;
-  m.rotor->c *= 1.3;
-  m.rotor->eps *= std::polar(0.96, 0.07);
-  return m;
-}
-
 ControllerDesign good_design(const rig::RigParameters& rig, const IdentifiedModel& model) {
-  DesignOptions o;
-  o.law = "pd";
-  o.estimator = "kfe";
-  o.hardware = data_sheet(rig);
+  DesignOptions o = options_of(data_sheet(rig));
   o.fixed = {{"kp", -450}, {"kd", 27}, {"acceleration_noise", 0.57}, {"eccentricity_walk", 9.4e-6}};
   return untuned_design(model, o);
 }
 
 TEST(RobustnessE2e, WholeMatrixIsStable) {
   const rig::RigParameters rig;
-  const auto cases = robustness_matrix(good_design(rig, identified(rig)), rig, 5);
+  const auto cases = robustness_matrix(good_design(rig, identified_model(rig)), rig, 5);
   EXPECT_EQ(cases.size(), 21u);
   for (const auto& c : cases) EXPECT_TRUE(c.metrics.stable) << c.name << " " << c.metrics.closed.all;
   // The nominal run, and what the notes' best design kept under every condition but lack of force and a wrong
@@ -51,7 +39,7 @@ TEST(RobustnessE2e, WholeMatrixIsStable) {
 
 TEST(RobustnessProperty, MonteCarloDoesNotDependOnThreadsAndGrowsWithUncertainty) {
   const rig::RigParameters rig;
-  IdentifiedModel model = identified(rig);
+  IdentifiedModel model = identified_model(rig);
   // sd 1 % of k1, 10 % of k2, 20 % of c, 5 um of eps, correlated k1-k2.
   const double sd[5] = {58, 1e6, 0.2, 5e-6, 5e-6};
   model.rotor_covariance.assign(25, 0);
@@ -120,7 +108,7 @@ ClosedLoopMetrics run_alone(const DrawnRig& drawn, const ControllerDesign& d) {
 TEST(MonteCarloProperty, LanesAreJudgedAsMachinesAlone) {
   rig::RigParameters rig;
   rig.actuator.hysteresis = 1;
-  const IdentifiedModel model = identified(rig);
+  const IdentifiedModel model = identified_model(rig);
   const ControllerDesign d = good_design(rig, model);
   const Hardware hardware = data_sheet(rig);
   const RigDraw draw(d.model, model, tuning_hardware(d, hardware), MonteCarloOptions(), {});
@@ -139,7 +127,7 @@ TEST(MonteCarloProperty, SensorsAndActuatorsOfTheMachinesDiffer) {
   rig.laser.bandwidth = 60, rig.laser.hysteresis = 2e-6;
   rig.actuator.hysteresis = 0.5, rig.actuator.slew = 6000;
   rig.actuator.current_limit = 10, rig.actuator.force_per_ampere = 3;
-  const IdentifiedModel model = identified(rig);
+  const IdentifiedModel model = identified_model(rig);
   const ControllerDesign d = good_design(rig, model);
   const Hardware hardware = tuning_hardware(d, data_sheet(rig));
   const auto numbers = [](const rig::RigParameters& r) {
@@ -180,7 +168,7 @@ TEST(MonteCarloProperty, SensorsAndActuatorsOfTheMachinesDiffer) {
 
 TEST(MonteCarloProperty, LanesEqualTheScalarLoopAndEachOther) {
   const rig::RigParameters rig;
-  IdentifiedModel model = identified(rig);
+  IdentifiedModel model = identified_model(rig);
   const ControllerDesign d = good_design(rig, model);
   MonteCarloOptions o;
   o.samples = 9;
@@ -212,7 +200,7 @@ TEST(MonteCarloProperty, LanesEqualTheScalarLoopAndEachOther) {
 // What no data sheet says widens the interval by the difference it makes, and only by that.
 TEST(MonteCarloProperty, WhatAllMachinesMayHaveInCommonWidensTheInterval) {
   const rig::RigParameters rig;
-  const IdentifiedModel model = identified(rig);
+  const IdentifiedModel model = identified_model(rig);
   const ControllerDesign d = good_design(rig, model);
   MonteCarloOptions o;
   o.samples = 48;
@@ -241,7 +229,7 @@ TEST(MonteCarloProperty, WhatAllMachinesMayHaveInCommonWidensTheInterval) {
 
 TEST(RobustnessUnit, BadCovarianceIsRefused) {
   const rig::RigParameters rig;
-  IdentifiedModel model = identified(rig);
+  IdentifiedModel model = identified_model(rig);
   const ControllerDesign d = good_design(rig, model);
   MonteCarloOptions o;
   o.samples = 1;
@@ -272,7 +260,7 @@ TEST(CompareE2e, SameBudgetAndSeedsForEveryMethod) {
     EXPECT_GT(fraction, done);
     done = fraction;
   };
-  const auto results = compare(identified(rig), rig, o);
+  const auto results = compare(identified_model(rig), rig, o);
   ASSERT_EQ(results.size(), 3u);
   EXPECT_EQ(done, 1);
   EXPECT_EQ(results[1].label, "pd_notch, lpf, no feedforward");
@@ -289,7 +277,7 @@ TEST(CompareE2e, SameBudgetAndSeedsForEveryMethod) {
 
 TEST(CompareE2e, FloorTakesOneImperfectionAtATime) {
   const rig::RigParameters rig;
-  const auto floor = physical_floor(good_design(rig, identified(rig)), rig);
+  const auto floor = physical_floor(good_design(rig, identified_model(rig)), rig);
   const auto peak = [&](const char* start) {
     for (const FloorCase& f : floor) {
       if (f.name.starts_with(start)) return f.peak;

@@ -2,22 +2,17 @@
 
 #include <cstdio>
 
+#include "rig_design.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/tuning/closed_loop.hpp"
-#include "whirl/tuning/design.hpp"
 
 namespace whirl::tuning {
 namespace {
 
 ControllerDesign told(const rig::RigParameters& truth, const rig::RigParameters& sheet) {
-  IdentifiedModel model;
-  model.rotor = truth.true_model();
-  DesignOptions o;
-  o.law = "pd";
-  o.estimator = "kfe";
-  o.hardware = data_sheet(sheet);
+  DesignOptions o = options_of(data_sheet(sheet));
   o.fixed = {{"kd", 400}};
-  ControllerDesign d = untuned_design(model, o);
+  ControllerDesign d = untuned_design(true_model(truth), o);
   d.parameters["supervise"] = 0;
   return d;
 }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "rig_design.hpp"
 #include "whirl/tuning/closed_loop.hpp"
 #include "whirl/tuning/design.hpp"
 
@@ -11,13 +12,11 @@ namespace whirl::tuning {
 namespace {
 
 ControllerDesign sliding_on_rig(const rig::RigParameters& rig, const char* law, double rho, double eps) {
-  IdentifiedModel model;
-  model.rotor = rig.true_model();
   DesignOptions o;
   o.law = law;
   o.hardware = data_sheet(rig);
   o.fixed = {{"switching_gain", rho}, {"boundary_layer", eps}};
-  return untuned_design(model, o);
+  return untuned_design(true_model(rig), o);
 }
 
 /// S of both axes from s0 under a sinusoidal disturbance, integrated in small steps.

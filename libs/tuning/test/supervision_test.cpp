@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "foreign_designs.hpp"
+#include "rig_design.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/supervisor.hpp"
 #include "whirl/tuning/off_nominal.hpp"
@@ -88,17 +89,11 @@ TEST(SupervisionProperty, TurnedUnbalanceIsFoundAndFollowed) {
 // 100 ms.
 TEST(SupervisionE2e, OffNominalConditionsStayBelowTheOpenLoop) {
   const rig::RigParameters rig;
-  IdentifiedModel model;
-  model.rotor = rig.true_model();
-  model.rotor->k1_conj = model.rotor->c_conj = 0;
+  IdentifiedModel model = round_model(rig);
   model.rotor->eps *= std::polar(0.96, 0.07);
   for (const auto& [law, estimator] :
        {std::pair{"pd", "lpf"}, std::pair{"tsmc", "kfe"}, std::pair{"pd_notch", "lpf"}}) {
-    DesignOptions o;
-    o.law = law;
-    o.estimator = estimator;
-    o.feedforward = !std::string(law).starts_with("pd_");
-    o.hardware = data_sheet(rig);
+    DesignOptions o = options_of(data_sheet(rig), law, estimator);
     o.evaluations = 16;
     const ControllerDesign d = design(model, o);
     EXPECT_EQ(ClosedLoopPlant(rig).run(d).supervision, 0u) << law;
@@ -116,17 +111,12 @@ TEST(SupervisionE2e, OffNominalConditionsStayBelowTheOpenLoop) {
 ControllerDesign given(const char* law, const char* estimator, bool feedforward,
                        const std::map<std::string, double>& parameters) {
   const rig::RigParameters rig;
-  IdentifiedModel model;
-  model.rotor = rig.true_model();
-  DesignOptions o;
-  o.law = law;
-  o.estimator = estimator;
+  DesignOptions o = options_of(data_sheet(rig), law, estimator);
   o.feedforward = feedforward;
-  o.hardware = data_sheet(rig);
   o.hardware.modes = rig.modes;
   o.fixed = parameters;
   o.fixed["supervise"] = 1;
-  return untuned_design(model, o);
+  return untuned_design(true_model(rig), o);
 }
 
 const std::vector<ControllerDesign>& fragile_designs() {

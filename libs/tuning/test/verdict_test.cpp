@@ -5,33 +5,17 @@
 #include <numbers>
 #include <random>
 
+#include "rig_design.hpp"
 #include "runs/standing_motion.hpp"
-#include "whirl/rig/records.hpp"
-#include "whirl/tuning/design.hpp"
 
 namespace whirl::tuning {
 namespace {
 
-IdentifiedModel judged_model(const rig::RigParameters& rig) {
-  IdentifiedModel m;
-  m.method = "stand-in";
-  m.rotor = rig.true_model();
-  m.rotor->k1_conj = m.rotor->c_conj = 0;
-  m.rotor->k1 *= 1.01;
-  m.rotor->c *= 1.3;
-  m.rotor->eps *= std::polar(0.96, 0.07);
-  return m;
-}
-
 ControllerDesign designed(const rig::RigParameters& rig, const Hardware& hardware, const char* law,
                           const char* estimator, int evaluations) {
-  DesignOptions o;
-  o.law = law;
-  o.estimator = estimator;
-  o.feedforward = !std::string(law).starts_with("pd_");
-  o.hardware = hardware;
+  DesignOptions o = options_of(hardware, law, estimator);
   o.evaluations = evaluations;
-  return design(judged_model(rig), o);
+  return design(identified_model(rig), o);
 }
 
 /// The modal model that a hammer test at the actuator, seen by the sensor, finds on the rig.
@@ -86,11 +70,7 @@ TEST(JudgeUnit, NamesEveryReasonInTheOrderOfItsWeight) {
 // Margins below the minima fail whatever the run looks like, first of all reasons, from the design alone.
 TEST(JudgeUnit, SmallMarginsFailTheRunOfADesign) {
   const rig::RigParameters rig;
-  DesignOptions o;
-  o.law = "pd";
-  o.estimator = "kfe";
-  o.hardware = data_sheet(rig);
-  ControllerDesign d = untuned_design(judged_model(rig), o);
+  ControllerDesign d = untuned_design(identified_model(rig), options_of(data_sheet(rig)));
   EXPECT_EQ(margin_shortfall(d), "");  // it states none
   const ClosedLoopPlant plant(rig);
   ASSERT_TRUE(plant.run(d).verdict.passed()) << plant.run(d).verdict.text();
@@ -114,14 +94,11 @@ TEST(JudgeUnit, SmallMarginsFailTheRunOfADesign) {
 // What is not certified is not usable: the same word for every reason.
 TEST(DesignUnit, WhatIsNotCertifiedFails) {
   const rig::RigParameters rig;
-  DesignOptions o;
-  o.law = "pd";
-  o.estimator = "lpf";
-  o.hardware = data_sheet(rig);
+  DesignOptions o = options_of(data_sheet(rig), "pd", "lpf");
   o.evaluations = 1;
   for (const double kd : {20.0, 900.0}) {
     o.fixed = {{"kd", kd}, {"kp", 0}};
-    const ControllerDesign d = design(judged_model(rig), o);
+    const ControllerDesign d = design(identified_model(rig), o);
     EXPECT_EQ(d.margins.at("certified") == 1, d.summary.status != Status::unusable) << kd;
     if (kd > 100) {
       EXPECT_EQ(d.margins.at("certified"), 0);
@@ -279,7 +256,7 @@ TEST(DesignUnit, ModelsThatDoNotExplainTheirRecordAreRefused) {
   DesignOptions o;
   o.hardware = data_sheet(rig);
   o.evaluations = 3;
-  IdentifiedModel model = judged_model(rig);
+  IdentifiedModel model = identified_model(rig);
   EXPECT_NE(design(model, o).summary.status, Status::unusable);
   model.rotor->modes = {{2 * std::numbers::pi * 21, 0.008, 0.3 * model.rotor->eps}};
   const ControllerDesign second = design(model, o);
@@ -290,7 +267,7 @@ TEST(DesignUnit, ModelsThatDoNotExplainTheirRecordAreRefused) {
   EXPECT_EQ(design(model, o).summary.warnings.empty() ||
                 design(model, o).summary.warnings.back().find("refused") == std::string::npos,
             true);
-  model = judged_model(rig);
+  model = identified_model(rig);
   model.summary.fail("the free run diverges");
   EXPECT_EQ(design(model, o).summary.status, Status::unusable);
 }
@@ -301,7 +278,7 @@ TEST(DesignUnit, DecisionsReadFindingsNotSentences) {
   DesignOptions o;
   o.hardware = data_sheet(rig);
   o.evaluations = 3;
-  const IdentifiedModel plain = judged_model(rig);
+  const IdentifiedModel plain = identified_model(rig);
   const ControllerDesign before = design(plain, o);
   IdentifiedModel harmless = plain;
   harmless.summary.warn("a model of the rest does not predict the weather");

@@ -79,7 +79,7 @@ void judge_parameters(const IdentifiedModel& model, const Cover& cover, Summary&
 }
 
 /// The angle, the sensors and speeds that were not passed.
-void judge_reach(const RotorIdentification& result, const Cover& cover, Summary& summary) {
+void judge_reach(const RotorIdentification& result, const Cover& cover, double share, Summary& summary) {
   const auto& [residual, peak, low, high] = cover;
   const double critical = result.model.rotor->natural_frequency() * kHzPerRadPerSec;
   if (critical > high || critical < low) {
@@ -89,7 +89,7 @@ void judge_reach(const RotorIdentification& result, const Cover& cover, Summary&
   judge_chi_square(summary.chi_square,
                    fmt::format("; all intervals are widened by {:.2g}",
                                std::sqrt(std::max(summary.chi_square, result.fit.summary.chi_square))),
-                   summary);
+                   summary, share);
   for (std::size_t k = 0; k < result.model.rotor->modes.size(); ++k) {
     const ForcedMode& m = result.model.rotor->modes[k];
     if (m.omega * kHzPerRadPerSec > high && static_cast<int>(k) != result.active.modes.given) {
@@ -157,10 +157,10 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
   const Cover cover = cover_of(records, result.fit);
   summary.residual = cover.residual;
   for (const std::string& w : result.fit.summary.warnings) summary.warn(w);
-  judge_unexplained(unexplained_share(records, result.fit), "the model leaves",
-                    "wrong angle, wrong channels or not a rotor on a cubic spring", summary);
+  const double share = unexplained_share(records, result.fit);
+  judge_unexplained(share, "the model leaves", "wrong angle, wrong channels or not a rotor on a cubic spring", summary);
   judge_parameters(result.model, cover, summary);
-  judge_reach(result, cover, summary);
+  judge_reach(result, cover, share, summary);
   state_own_springs(records, result.model, summary);
   state_self_excited(result.fit, cover, summary);
   const bool separated =

@@ -64,12 +64,13 @@ double threshold_of(const TermEntry& term, double threshold) {
   return term.plain_threshold ? threshold : threshold + 2 * std::log(tests * term.chances);
 }
 
-double lead_over_usual(const std::vector<ScoreCandidate>& candidates, const std::vector<TermId>& refused) {
+double lead_over_usual(const std::vector<ScoreCandidate>& candidates, const std::vector<TermId>& refused,
+                       double threshold) {
   double most = 0;
   for (const ScoreCandidate& c : candidates)
     if (c.term->in_model && !c.term->rare && std::ranges::find(refused, TermId{c.term, c.place}) == refused.end())
       most = std::max(most, c.score);
-  return most / rules::kHalf;
+  return std::max(most / rules::kHalf, rules::kOfSearch * threshold);
 }
 
 std::vector<TermId> next_terms(const std::vector<ScoreCandidate>& candidates, const Growth& growth,

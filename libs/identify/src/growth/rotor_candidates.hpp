@@ -30,8 +30,10 @@ Start start_of(const OutputErrorFit& fit);
 std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, double main_frequency);
 /// Score that a term needs: with n more chances of four sigma the threshold grows by 2 ln n for the others.
 double threshold_of(const TermEntry& term, double threshold);
-/// Above it a rare term leads: twice the highest score of a usual term that is not refused.
-double lead_over_usual(const std::vector<ScoreCandidate>& candidates, const std::vector<TermId>& refused);
+/// Above it a rare term leads: twice the highest score of a usual term that is not refused, and the level of a mode
+/// that is sought, because it is chosen among all.
+double lead_over_usual(const std::vector<ScoreCandidate>& candidates, const std::vector<TermId>& refused,
+                       double threshold);
 /// Candidates to try next. Many look alike near resonance, so all whose score comes near the best are tried and the
 /// trajectory decides. Rare terms are tried where `rare` says so and where they score above `lead`; `first`: also where
 /// one scores above every usual term.

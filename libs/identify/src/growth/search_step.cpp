@@ -15,8 +15,8 @@
 namespace whirl::identification::detail {
 namespace {
 
-constexpr std::ptrdiff_t kMostTerms = 6;  // forces beyond RotorModel that the motion causes
-constexpr std::size_t kMostForces = 10;   // and all that a fit takes
+constexpr int kMostKinds = 6;             // kinds of forces beyond RotorModel that the motion causes
+constexpr std::size_t kMostForces = 10;   // and all forces that a fit takes
 constexpr double kNear = 40;              // likelihood ratio: tried again with the final model
 constexpr std::size_t kLikely = 2;        // candidates of the highest scores: fitted to the end
 constexpr std::size_t kMostSearched = 4;  // modes taken up before the search of unlisted ones ends
@@ -30,8 +30,11 @@ double instant_of(const Start& found, const TermEntry& entry) {
 
 bool too_many(const Growth& growth) {
   const std::vector<RotorTerm>& terms = growth.active.terms;
-  return terms.size() > kMostForces ||
-         std::ranges::count_if(terms, [](const RotorTerm& t) { return !t.entry->external; }) > kMostTerms;
+  int kinds = 0;
+  for (std::size_t i = 0; i < terms.size(); ++i)
+    kinds += !terms[i].entry->external && std::none_of(terms.begin(), terms.begin() + static_cast<std::ptrdiff_t>(i),
+                                                       [&](const RotorTerm& t) { return t.is(*terms[i].entry); });
+  return terms.size() > kMostForces || kinds > kMostKinds;
 }
 
 double price(const OutputErrorFit& fit, const Growth& growth) {
@@ -71,11 +74,10 @@ bool RotorSearch::step() {
   return false;
 }
 
-/// Score from which on a rare term leads: it is chosen among all, as a mode that is sought. Several records may differ
-/// by springs of their own, which come first.
+/// Score from which on a rare term leads. Several records may differ by springs of their own, which come first.
 double RotorSearch::lead(const ScoreTest& score) const {
   if (records_.size() > 1) return INFINITY;
-  return std::max(lead_over_usual(score.candidates, refused_), rules::kOfSearch * options_.score_threshold);
+  return lead_over_usual(score.candidates, refused_, options_.score_threshold);
 }
 
 /// A fit with each term; those of the highest scores and those that begin at one instant to the end.

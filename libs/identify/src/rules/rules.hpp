@@ -166,6 +166,8 @@ inline constexpr Rule kLost =
     make::assumed(0.5, "the same of a prediction or a left-hand side: none", "half of the motion");
 inline constexpr Rule kHeldOutSeen =
     make::assumed(0.02, "the same of a part held out: worth a word", "less is seen in no plot");
+inline constexpr Rule kSlight = make::assumed(1e-3, "the same of its own records: no reason to distrust a model",
+                                              "a twentieth of kHeldOutSeen, which judges the prediction");
 inline constexpr Rule kRegressionPoor = make::assumed(0.1, "the same of a left-hand side by regression alone",
                                                       "noise of a column biases by its square, a hundredth");
 inline constexpr Rule kSpringOpen =
@@ -280,17 +282,19 @@ inline constexpr Rule kTimingGain = make::meaning(0.975, "rms of free runs with 
 
 /// All of them.
 inline constexpr std::array kAll{
-    &kModelError,    &kNoTrust,       &kAnotherModel,   &kAngleUnknown,  &kMayBeColoured, &kHeldOutScatter,
-    &kHeldOutMore,   &kLagLeft,       &kMostlyNoise,    &kTerm,          &kOfSearch,      &kToldApart,
-    &kHint,          &kOdds20,        &kOdds150,        &kColoured,      &kHiddenTerm,    &kImpossible,
-    &kVectorSeen,    &kRestDiffers,   &kRecordsDiffer,  &kAxesToldApart, &kBand,          &kPartsDiffer,
-    &kNotWhite,      &kWhiteLeft,     &kNoiseKnown,     &kColourLeast,   &kColourAlike,   &kUnexplained,
-    &kLost,          &kHeldOutSeen,   &kRegressionPoor, &kSpringOpen,    &kUnbalanceOpen, &kPartsMatter,
-    &kRestMatters,   &kRecordsMatter, &kExplainsLeast,  &kHalf,          &kRunShare,      &kRunOpen,
-    &kDriveAngle,    &kHiddenGain,    &kHiddenTermGain, &kSurprise,      &kTooLarge,      &kWindow,
-    &kSpeaks,        &kTells,         &kOfDamping,      &kDampingChange, &kWarming,       &kSpringWithSpeed,
-    &kQuinticAtPeak, &kGyroscopic,    &kGainDrift,      &kProbe,         &kProbeCurve,    &kSameSignal,
-    &kSpeedRange,    &kSlowRoll,      &kNearStandstill, &kIsRate,        &kLateBetter,    &kLateLeast,
-    &kTimingLeast,   &kTimingGain};
+    &kModelError,     &kNoTrust,       &kAnotherModel,  &kAngleUnknown,   &kMayBeColoured,
+    &kHeldOutScatter, &kHeldOutMore,   &kLagLeft,       &kMostlyNoise,    &kTerm,
+    &kOfSearch,       &kToldApart,     &kHint,          &kOdds20,         &kOdds150,
+    &kColoured,       &kHiddenTerm,    &kImpossible,    &kVectorSeen,     &kRestDiffers,
+    &kRecordsDiffer,  &kAxesToldApart, &kBand,          &kPartsDiffer,    &kNotWhite,
+    &kWhiteLeft,      &kNoiseKnown,    &kColourLeast,   &kColourAlike,    &kUnexplained,
+    &kLost,           &kHeldOutSeen,   &kSlight,        &kRegressionPoor, &kSpringOpen,
+    &kUnbalanceOpen,  &kPartsMatter,   &kRestMatters,   &kRecordsMatter,  &kExplainsLeast,
+    &kHalf,           &kRunShare,      &kRunOpen,       &kDriveAngle,     &kHiddenGain,
+    &kHiddenTermGain, &kSurprise,      &kTooLarge,      &kWindow,         &kSpeaks,
+    &kTells,          &kOfDamping,     &kDampingChange, &kWarming,        &kSpringWithSpeed,
+    &kQuinticAtPeak,  &kGyroscopic,    &kGainDrift,     &kProbe,          &kProbeCurve,
+    &kSameSignal,     &kSpeedRange,    &kSlowRoll,      &kNearStandstill, &kIsRate,
+    &kLateBetter,     &kLateLeast,     &kTimingLeast,   &kTimingGain};
 
 }  // namespace whirl::identification::rules

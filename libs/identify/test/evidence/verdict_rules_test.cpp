@@ -57,6 +57,30 @@ TEST(VerdictRules, AChiSquareAboveItsLimitsWarnsAndAboveTheNextTakesTheTrust) {
   EXPECT_THAT(far.trust, HasSubstr("Do not trust"));
 }
 
+// A probe that resolves a ten thousandth of the motion sees what no user of the model would.
+TEST(VerdictRules, LessThanAThousandthOfTheMotionWarnsAndTakesNoTrustUpToTwiceTheLimit) {
+  const auto judged = [](double chi_square, double share) {
+    Summary s;
+    s.trust = "Trust it.";
+    s.chi_square = chi_square;
+    detail::judge_chi_square(chi_square, "; so", s, share);
+    detail::judge_remaining(s);
+    return s;
+  };
+  for (const double chi_square : {2.01, 3.99}) {
+    const Summary slight = judged(chi_square, 0.99e-3);
+    EXPECT_EQ(slight.status, Status::warning);
+    EXPECT_EQ(slight.distrust(), nullptr);
+    EXPECT_EQ(slight.trust, "Trust it.");
+    EXPECT_DOUBLE_EQ(slight.find(FindingCode::model_error)->amount("share"), 0.99e-3);
+    EXPECT_THAT(slight.warnings.front(), HasSubstr("% of the motion unexplained"));
+    for (const double share : {1e-3, 0.01, std::nan(""), std::numeric_limits<double>::infinity()})
+      EXPECT_NE(judged(chi_square, share).distrust(), nullptr) << share;
+  }
+  EXPECT_NE(judged(4.01, 1e-4).distrust(), nullptr) << "every absent term shows a sign of it";
+  EXPECT_EQ(judged(1.0, 1e-4).status, Status::ok);
+}
+
 TEST(VerdictRules, AChiSquareThatNobodyWarnedOfTakesTheTrustWithAWarning) {
   Summary s;
   s.chi_square = 2.01;
@@ -156,6 +180,41 @@ TEST(VerdictRules, APartThatHoldsNoiseAloneTestsNothingAndRefusesNothing) {
   moves.trust = "Trust it.";
   judge_held_out(held, moves);
   EXPECT_EQ(moves.trust, "Trust it.");
+}
+
+/// Judged part that moves by 1 rms, read with noise 0.01 and missed by `error`; the rest leaves `band` open.
+Summary judged_within(double band, double error) {
+  HeldOut held;
+  held.what = "the last third";
+  held.scores = {{"x", error, error / std::hypot(1, 0.01), 0.01, band}};
+  Summary summary;
+  summary.trust = "Trust it.";
+  judge_held_out(held, summary);
+  return summary;
+}
+
+TEST(VerdictRules, WhatTheIntervalsOfTheRestAccountForContradictsNothing) {
+  for (const double band : {0.0, std::nan(""), 0.02, 0.0999})
+    EXPECT_NE(judged_within(band, 0.1).find(FindingCode::held_out_missed), nullptr) << band;
+  const Summary within = judged_within(0.1, 0.1);
+  EXPECT_EQ(within.find(FindingCode::held_out_missed), nullptr);
+  EXPECT_EQ(within.trust, "Trust it.");
+  EXPECT_EQ(judged_within(0.509, 0.51).status, Status::unusable);
+  EXPECT_EQ(judged_within(0.511, 0.51).status, Status::ok);
+}
+
+TEST(VerdictRules, ARestThatLeavesTheMotionOpenTestsNothingAndSaysSo) {
+  EXPECT_EQ(judged_within(0.249, 0.1).trust, "Trust it.");
+  const Summary open = judged_within(0.251, 0.1);
+  EXPECT_EQ(open.status, Status::ok);
+  EXPECT_THAT(open.trust, HasSubstr("Nothing tests it: the rest leaves open how the last third moves."));
+  // Beside a state that the rest does predict, something tests it.
+  HeldOut held;
+  held.scores = {{"x", 0.1, 0.1, 0.01, 0.5}, {"y", 0.1, 0.1, 0.01, 0.12}};
+  Summary half;
+  half.trust = "Trust it.";
+  judge_held_out(held, half);
+  EXPECT_EQ(half.trust, "Trust it.");
 }
 
 TEST(VerdictRules, DivergenceAndAPredictionThatWasNotMadeAreSaid) {
