@@ -90,6 +90,17 @@ void supervise(ControllerDesign& design, const DesignOptions& options, double le
   }
 }
 
+/// A correction that is wrong by all it may be stays inside what the certificate states.
+void bound_reidentification(ControllerDesign& design, double stiffness_uncertainty) {
+  auto values = control::resolve_parameters(design);
+  if (std::lround(values.at("reidentify")) == 0) return;
+  const double up = design.margins.at("gain_margin"), down = design.margins.at("gain_margin_down");
+  const double gain = std::min(1 - 1 / up, down > 0 ? 1 / down - 1 : 1);
+  design.parameters["reidentify_gain"] = std::clamp(values.at("reidentify_gain"), 0.01, std::max(gain, 0.01));
+  design.parameters["reidentify_stiffness"] =
+      std::clamp(values.at("reidentify_stiffness"), 0.01, std::max(stiffness_uncertainty, 0.01));
+}
+
 /// Paper eq. 42, rho > |Delta| + kappa: what the model may have wrong, at the amplitudes of the nominal run, and the
 /// times of reaching and sliding that follow.
 void add_sliding_margins(ControllerDesign& design, const ClosedLoopMetrics& run, const TuningScenario& nominal,
@@ -176,6 +187,7 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   soft.stiffness = 1 - options.stiffness_uncertainty;
   const bool soft_stable = scenario_plant(soft, model, hardware, seed).run(trial).verdict.stable;
   supervise(design, options, watched_level(trial, ringing, model, hardware, seed), run);
+  bound_reidentification(design, options.stiffness_uncertainty);
   ControllerDesign watched = on_scenario(design, ringing);
   watched.margins.clear();
   const std::string alarm = nominal_alarm(watched, ringing, model, hardware, seed, options.threads);
