@@ -87,13 +87,13 @@ Controller make_controller(const ControllerDesign& design) {
                                s.feedforward.on && !estimator_entry(design.estimator).finds_disturbance,
                                s.feedforward.carried, s.timing.delay, s.gain * s.force.largest, s.gain * s.force.slew,
                                s.gain * s.force.hysteresis});
-  return Controller(
-      s, estimator_entry(design.estimator).make(design, v), law_entry(design.law).make(design, v), gate, make_runout(v),
-      supervisor, make_structure(v),
-      Reidentifier({s.model,
-                    s.eps,
-                    s.timing.step,
-                    {v.at("reidentify_stiffness"), v.at("reidentify_damping"), v.at("reidentify_gain")}}));
+  return Controller(s, estimator_entry(design.estimator).make(design, v), law_entry(design.law).make(design, v), gate,
+                    make_runout(v), supervisor, make_structure(v),
+                    Reidentifier({s.model,
+                                  s.eps,
+                                  s.timing.step,
+                                  {v.at("reidentify_stiffness"), v.at("reidentify_damping"), v.at("reidentify_gain")},
+                                  s.reidentify == Reidentify::acts}));
 }
 
 }  // namespace whirl::control

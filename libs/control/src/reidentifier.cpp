@@ -69,7 +69,7 @@ const Reidentification& Reidentifier::step(const ReidentifierInput& in) noexcept
   const double turned = std::abs(in.omega) * settings_.sample_time;
   if (in.taken) forget();
   for (std::size_t i = 0; i < 3; ++i) {
-    const double most = numbers::rate / (2 * std::numbers::pi) * turned * settings_.bounds[i];
+    const double most = (settings_.acts ? numbers::rate : 0) / (2 * std::numbers::pi) * turned * settings_.bounds[i];
     out_.acting[i] += std::clamp(target_[i] - out_.acting[i], -most, most);
   }
   if (in.frozen || in.taken || std::abs(in.omega) < slow_ || turned > numbers::fast) {

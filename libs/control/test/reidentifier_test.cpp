@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
+#include <numbers>
 
 #include "whirl/control/controller.hpp"
 #include "whirl/core/error.hpp"

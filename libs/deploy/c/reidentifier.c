@@ -202,7 +202,10 @@ static void whirl_reid_step(whirl_state *state, whirl_complex z, bool fresh, whi
                             const whirl_input *in) {
   const whirl_params *const p = &state->params;
   whirl_reidentifier *const r = &state->reid;
+#if HAS_CORRECTED
   const whirl_real bounds[3] = {p->reidentify_stiffness, p->reidentify_damping, p->reidentify_gain};
+  int32_t i;
+#endif
   const whirl_real speed = M(fabs)(in->omega);
   const whirl_real turned = speed * p->sample_time;
   const uint32_t word = state->watch.word;
@@ -210,14 +213,15 @@ static void whirl_reid_step(whirl_state *state, whirl_complex z, bool fresh, whi
                      ((word & (WHIRL_WATCH_FEEDBACK_OFF | WHIRL_WATCH_SENSOR_LOST)) == WHIRL_WATCH_FEEDBACK_OFF);
   const bool frozen = taken || !fresh || state->saturated || ((word & WHIRL_WATCH_ADAPTATION_FROZEN) != 0U) ||
                       (speed < (/*@n_reid_slow@*/ * M(sqrt)(M(fmax)(p->k1, R(0.0))))) || (turned > /*@n_reid_fast@*/);
-  int32_t i;
   if (taken) {
     whirl_reid_forget(state);
   }
+#if HAS_CORRECTED
   for (i = 0; i < 3; i++) {
     const whirl_real most = /*@n_reid_rate_rad@*/ * turned * bounds[i];
     r->acting[i] += whirl_clamp(r->target[i] - r->acting[i], -most, most);
   }
+#endif
   if (frozen) {
     r->word |= WHIRL_REID_FROZEN;
     r->theta = R(-1.0);

@@ -29,6 +29,7 @@ struct ReidentifierSettings {
   std::complex<double> eps;  ///< m
   double sample_time = 1e-3;
   MachineShares bounds{0.2, 1, 0.3};
+  bool acts = true;  ///< false: `acting` stays zero
 };
 
 /// What the machine differs by from the design.
