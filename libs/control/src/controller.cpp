@@ -138,6 +138,7 @@ void Controller::watch(const EstimatorInput& in, std::complex<double> turn) noex
 }
 
 void Controller::reidentify(const EstimatorInput& in, std::complex<double> turn, double omega_dot) noexcept {
+  if (settings_.reidentify == Reidentify::off) return;
   const std::uint32_t word = state_.supervision.word;
   ReidentifierInput r;
   r.z = in.z;
@@ -154,6 +155,7 @@ void Controller::reidentify(const EstimatorInput& in, std::complex<double> turn,
 /// What to ask the machine for so that it moves as the design's would. A law that does not predict gets the motion of
 /// the time of effect from the velocity: a late stiffness is a negative damping.
 std::complex<double> Controller::corrected(std::complex<double> asked) noexcept {
+  if (settings_.reidentify != Reidentify::acts) return asked;
   const MachineShares& acting = state_.reidentification.acting;
   const double ahead = settings_.predict ? 0 : settings_.timing.delay + 0.5 * settings_.timing.step;
   const DiskMotion& e = state_.effect;
@@ -171,8 +173,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   };
   if (!std::isfinite(m.beta) || !std::isfinite(m.omega) || !std::isfinite(m.omega_dot)) return fault(Fault::not_finite);
 
-  gap_ = m.t - time_ > 1.5 * settings_.timing.step;
-  time_ = m.t;
+  gap_ = m.t - time_ > 1.5 * settings_.timing.step, time_ = m.t;
   const bool fresh = gate_.accept(m);
   state_.held = !fresh;
   state_.held_total = gate_.held_total;
@@ -199,7 +200,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   state_.estimate = std::visit([&](auto& e) noexcept { return e.step(in); }, estimator_);
   if (settings_.supervise) {
     watch(in, turn);
-    if (settings_.reidentify != Reidentify::off) reidentify(in, turn, m.omega_dot);
+    reidentify(in, turn, m.omega_dot);
     if (watched.trip) return fault(kSupervision);
   }
   DiskMotion now = state_.estimate;
@@ -236,12 +237,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
     ay.a = taken_back(watched, ay.a, forward.imag(), watched.damper.imag() - e.d.imag());
   }
   state_.s = {ax.s, ay.s};
-  if (settings_.reidentify == Reidentify::acts) {
-    const std::complex<double> asked = corrected({ax.a, ay.a});
-    ax.a = asked.real();
-    ay.a = asked.imag();
-  }
-  state_.requested = {ax.a / settings_.gain, ay.a / settings_.gain};
+  state_.requested = corrected({ax.a, ay.a}) / settings_.gain;
   if (!std::isfinite(state_.requested.real()) || !std::isfinite(state_.requested.imag()))
     return fault(Fault::not_finite);
 

@@ -6,6 +6,7 @@
 
 #include "../fmu_fixture.hpp"
 #include "../step_difference.hpp"
+#include "whirl/core/error.hpp"
 #include "whirl/testing/foreign_rig.hpp"
 
 namespace whirl::deploy {
@@ -97,7 +98,7 @@ double told(int i) {
 
 class ReidentifyFmuExport : public FmuExport {};
 INSTANTIATE_TEST_SUITE_P(Versions, ReidentifyFmuExport, ::testing::Values(2, 3),
-                         [](const auto& info) { return "Fmi" + std::to_string(info.param); });
+                         [](const auto& i) { return "Fmi" + std::to_string(i.param); });
 
 TEST_P(ReidentifyFmuExport, ReidentifiedForcesAreThoseOfTheLibrary) {
   const ControllerDesign d = design_for("pd", "lpf", 2);
