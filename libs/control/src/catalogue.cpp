@@ -30,6 +30,11 @@ std::vector<ParameterInfo> make_common() {
        1, 0, 0},
       {"watch_bandwidth", "1/s", "poles of the observer of the unbalance that acts, for supervision", 100, 1, 1e4, 0,
        0},
+      {"reidentify", "1", "1: a supervised loop says how stiffness, damping and gain differ; 2: and corrects the force",
+       0, 0, 2, 0, 0},
+      {"reidentify_stiffness", "1", "largest share of k1 by which the stiffness may differ", 0.2, 0.01, 0.5, 0, 0},
+      {"reidentify_damping", "1", "largest share of c by which the damping may differ", 1, 0.01, 2, 0, 0},
+      {"reidentify_gain", "1", "largest share by which the gain of the actuators may differ", 0.3, 0.01, 0.5, 0, 0},
   };
   for (int k = 1; k <= Structure::kModes; ++k) {
     const auto add = [&](const char* name, const char* unit, const char* meaning, double low, double high) {

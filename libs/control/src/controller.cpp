@@ -15,13 +15,15 @@ double taken_back(const Supervision& s, double asked, double forward, double own
 
 Controller::Controller(const ControllerSettings& settings, const AnyEstimator& estimator, const AnyLaw& law,
                        const SampleGate& gate, const Runout& runout, const Supervisor& supervisor,
-                       const std::array<StructureMode, Structure::kModes>& modes) noexcept
+                       const std::array<StructureMode, Structure::kModes>& modes,
+                       const Reidentifier& reidentifier) noexcept
     : settings_(settings),
       estimator_(estimator),
       law_(law),
       gate_(gate),
       runout_(runout),
       supervisor_(supervisor),
+      reidentifier_(reidentifier),
       has_runout_(!runout.empty()) {
   const double samples = settings.timing.delay / settings.timing.step;
   whole_delay_ = static_cast<int>(std::floor(samples + 1e-9));
@@ -41,8 +43,11 @@ void Controller::reset() noexcept {
       law_);
   gate_.reset();
   supervisor_.reset();
+  reidentifier_.reset();
   structure_.reset();
   history_.fill({});
+  sent_.fill({});
+  correction_ = {};
   head_ = 0;
   time_ = 0;
   state_ = {};
@@ -53,15 +58,29 @@ std::complex<double> Controller::past(int samples) const noexcept {
   return history_[static_cast<std::size_t>((head_ - samples + size) % size)];
 }
 
-void Controller::push(std::complex<double> acceleration) noexcept {
-  history_[static_cast<std::size_t>(head_)] = acceleration;
+std::complex<double> Controller::sent(int samples) const noexcept {
+  const int size = static_cast<int>(sent_.size());
+  return sent_[static_cast<std::size_t>((head_ - samples + size) % size)];
+}
+
+/// What the design's machine would have got.
+std::complex<double> Controller::seen(std::complex<double> sent) const noexcept {
+  if (settings_.reidentify != Reidentify::acts) return sent;
+  return (1 + state_.reidentification.acting[2]) * sent - correction_;
+}
+
+void Controller::push(std::complex<double> sent) noexcept {
+  history_[static_cast<std::size_t>(head_)] = seen(sent);
+  sent_[static_cast<std::size_t>(head_)] = sent;
   head_ = (head_ + 1) % static_cast<int>(history_.size());
 }
 
 void Controller::applied(const Command& command) noexcept {
   const int size = static_cast<int>(history_.size());
+  const auto last = static_cast<std::size_t>((head_ - 1 + size) % size);
   state_.applied = {command.ux, command.uy};
-  history_[static_cast<std::size_t>((head_ - 1 + size) % size)] = settings_.gain * state_.applied;
+  sent_[last] = settings_.gain * state_.applied;
+  history_[last] = seen(sent_[last]);
 }
 
 DiskMotion Controller::at_effect(const DiskMotion& now, double omega, const SampleTurns& turns) const noexcept {
@@ -94,7 +113,7 @@ void Controller::limit_force() noexcept {
   }
   if (settings_.force.slew > 0) {
     const double most = settings_.force.slew * settings_.timing.step;
-    const std::complex<double> last = past(1) / settings_.gain, asked = state_.applied;
+    const std::complex<double> last = sent(1) / settings_.gain, asked = state_.applied;
     state_.applied = {std::clamp(asked.real(), last.real() - most, last.real() + most),
                       std::clamp(asked.imag(), last.imag() - most, last.imag() + most)};
     state_.saturated = state_.saturated || state_.applied != asked;
@@ -118,16 +137,43 @@ void Controller::watch(const EstimatorInput& in, std::complex<double> turn) noex
   state_.supervision = supervisor_.step(w);
 }
 
+void Controller::reidentify(const EstimatorInput& in, std::complex<double> turn, double omega_dot) noexcept {
+  if (settings_.reidentify == Reidentify::off) return;
+  const std::uint32_t word = state_.supervision.word;
+  ReidentifierInput r;
+  r.z = in.z;
+  r.a = in.split * sent(whole_delay_ + 2) + (1 - in.split) * sent(whole_delay_ + 1);
+  r.forcing = in.forcing;
+  r.turn = turn;
+  r.half = in.turns->half;
+  r.omega = in.omega, r.omega_dot = omega_dot;
+  r.frozen = !in.fresh || gap_ || state_.saturated || (word & kAdaptationFrozen) != 0;
+  r.taken = (word & (kGainLowered | kForceOff)) != 0 || (word & (kFeedbackOff | kSensorLost)) == kFeedbackOff;
+  state_.reidentification = reidentifier_.step(r);
+}
+
+/// What to ask the machine for so that it moves as the design's would. A law that does not predict gets the motion of
+/// the time of effect from the velocity: a late stiffness is a negative damping.
+std::complex<double> Controller::corrected(std::complex<double> asked) noexcept {
+  if (settings_.reidentify != Reidentify::acts) return asked;
+  const MachineShares& acting = state_.reidentification.acting;
+  const double ahead = settings_.predict ? 0 : settings_.timing.delay + 0.5 * settings_.timing.step;
+  const DiskMotion& e = state_.effect;
+  const double left = state_.supervision.gain * state_.supervision.force;
+  correction_ =
+      (left * acting[0] * settings_.model.k1) * (e.z + ahead * e.v) + (left * acting[1] * settings_.model.c) * e.v;
+  return (1 / (1 + acting[2])) * (asked + correction_);
+}
+
 Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   const auto fault = [this](Fault reason) {
-    state_.requested = state_.applied = {};
+    state_.requested = state_.applied = correction_ = {};
     push({});
     return Expected<Command, Fault>::fault(reason);
   };
   if (!std::isfinite(m.beta) || !std::isfinite(m.omega) || !std::isfinite(m.omega_dot)) return fault(Fault::not_finite);
 
-  gap_ = m.t - time_ > 1.5 * settings_.timing.step;
-  time_ = m.t;
+  gap_ = m.t - time_ > 1.5 * settings_.timing.step, time_ = m.t;
   const bool fresh = gate_.accept(m);
   state_.held = !fresh;
   state_.held_total = gate_.held_total;
@@ -154,6 +200,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   state_.estimate = std::visit([&](auto& e) noexcept { return e.step(in); }, estimator_);
   if (settings_.supervise) {
     watch(in, turn);
+    reidentify(in, turn, m.omega_dot);
     if (watched.trip) return fault(kSupervision);
   }
   DiskMotion now = state_.estimate;
@@ -190,7 +237,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
     ay.a = taken_back(watched, ay.a, forward.imag(), watched.damper.imag() - e.d.imag());
   }
   state_.s = {ax.s, ay.s};
-  state_.requested = {ax.a / settings_.gain, ay.a / settings_.gain};
+  state_.requested = corrected({ax.a, ay.a}) / settings_.gain;
   if (!std::isfinite(state_.requested.real()) || !std::isfinite(state_.requested.imag()))
     return fault(Fault::not_finite);
 

@@ -29,6 +29,21 @@ std::array<StructureMode, Structure::kModes> make_structure(const Parameters& v)
   return out;
 }
 
+/// 0 without supervision, which says when nothing may be learned.
+Reidentify reidentify_mode(const ControllerDesign& d, const Parameters& v) {
+  const auto mode = static_cast<Reidentify>(std::lround(v.at("reidentify")));
+  if (mode == Reidentify::off) return mode;
+  if (!(d.model.k1 > 0 && d.model.c > 0)) {
+    throw Error::in_field("reidentify", fmt::format("model with k1 {:g} 1/s^2, c {:g} 1/s", d.model.k1, d.model.c),
+                          "0: stiffness and damping are counted in shares of the model's, which must be positive");
+  }
+  if (mode == Reidentify::acts && estimator_entry(d.estimator).finds_disturbance) {
+    throw Error::in_field("reidentify", fmt::format("2 with estimator {}", d.estimator),
+                          "0 or 1: the force that this estimator finds has the gain of the actuators in it already");
+  }
+  return v.at("supervise") > 0 ? mode : Reidentify::off;
+}
+
 }  // namespace
 
 Controller make_controller(const ControllerDesign& design) {
@@ -66,13 +81,19 @@ Controller make_controller(const ControllerDesign& design) {
   gate.range = v.at("sensor_range");
   gate.jump = v.at("jump_limit");
   s.supervise = v.at("supervise") > 0;
+  s.reidentify = reidentify_mode(design, v);
   s.feedforward.carried = !s.feedforward.on && !law_entry(design.law).cancels_synchronous;
   const Supervisor supervisor({s.model, s.eps, s.timing.step, v.at("watch_level"), v.at("watch_bandwidth"),
                                s.feedforward.on && !estimator_entry(design.estimator).finds_disturbance,
                                s.feedforward.carried, s.timing.delay, s.gain * s.force.largest, s.gain * s.force.slew,
                                s.gain * s.force.hysteresis});
   return Controller(s, estimator_entry(design.estimator).make(design, v), law_entry(design.law).make(design, v), gate,
-                    make_runout(v), supervisor, make_structure(v));
+                    make_runout(v), supervisor, make_structure(v),
+                    Reidentifier({s.model,
+                                  s.eps,
+                                  s.timing.step,
+                                  {v.at("reidentify_stiffness"), v.at("reidentify_damping"), v.at("reidentify_gain")},
+                                  s.reidentify == Reidentify::acts}));
 }
 
 }  // namespace whirl::control

@@ -42,6 +42,9 @@ void whirl_reset(whirl_state *state) {
 #if HAS_SUPERVISION
   whirl_watch_reset(state);
 #endif
+#if HAS_REIDENTIFY
+  whirl_reid_reset(state);
+#endif
 #if HAS_STRUCTURE
   whirl_structure_reset(state);
 #endif
@@ -63,14 +66,19 @@ int32_t whirl_init(whirl_state *state, const whirl_params *params) {
 }
 
 static void whirl_push(whirl_state *state, whirl_complex acceleration) {
+#if HAS_CORRECTED
+  state->sent[state->head] = acceleration;
+  state->history[state->head] = whirl_seen(state, acceleration);
+#else
   state->history[state->head] = acceleration;
+#endif
   state->head = (state->head + 1) % WHIRL_HISTORY;
 }
 
 void whirl_applied(whirl_state *state, whirl_real ux, whirl_real uy) {
   if (state->ready) {
-    state->history[((state->head - 1) + WHIRL_HISTORY) % WHIRL_HISTORY] =
-        whirl_scale(state->params.gain, whirl_make(ux, uy));
+    state->head = ((state->head - 1) + WHIRL_HISTORY) % WHIRL_HISTORY;
+    whirl_push(state, whirl_scale(state->params.gain, whirl_make(ux, uy)));
   }
 }
 
@@ -145,6 +153,9 @@ static whirl_motion whirl_at_effect(const whirl_state *state, whirl_motion now, 
 }
 
 static whirl_status whirl_fault(whirl_state *state, whirl_status reason) {
+#if HAS_CORRECTED
+  state->correction = whirl_make(R(0.0), R(0.0));
+#endif
   whirl_push(state, whirl_make(R(0.0), R(0.0)));
   return reason;
 }
@@ -166,6 +177,18 @@ static whirl_output whirl_no_output(void) {
 #if HAS_SUPERVISION
   out.supervision = 0U;
 #endif
+#if HAS_REIDENTIFY
+  out.differs[0] = R(0.0);
+  out.differs[1] = R(0.0);
+  out.differs[2] = R(0.0);
+  out.differs_sd[0] = R(0.0);
+  out.differs_sd[1] = R(0.0);
+  out.differs_sd[2] = R(0.0);
+  out.corrected[0] = R(0.0);
+  out.corrected[1] = R(0.0);
+  out.corrected[2] = R(0.0);
+  out.reidentified = WHIRL_REID_UNDETERMINED;
+#endif
   return out;
 }
 
@@ -182,7 +205,11 @@ static void whirl_limit_force(const whirl_state *state, whirl_output *out) {
   }
   if (p->slew_limit > R(0.0)) {
     const whirl_real most = p->slew_limit * p->sample_time;
+#if HAS_CORRECTED
+    const whirl_complex last = whirl_sent(state, 1);
+#else
     const whirl_complex last = whirl_past(state, 1);
+#endif
     const whirl_real ux = whirl_clamp(out->ux, (last.re / p->gain) - most, (last.re / p->gain) + most);
     const whirl_real uy = whirl_clamp(out->uy, (last.im / p->gain) - most, (last.im / p->gain) + most);
     const bool slower = (M(fabs)(ux - out->ux) > R(0.0)) || (M(fabs)(uy - out->uy) > R(0.0));
@@ -243,6 +270,10 @@ static whirl_status whirl_one(whirl_state *state, const whirl_input *in, whirl_o
 #if HAS_SUPERVISION
   whirl_watch_step(state, z, fresh, forcing, beta, e.d, in->omega);
   out->supervision = state->watch.word;
+#if HAS_REIDENTIFY
+  whirl_reid_step(state, z, fresh, forcing, whirl_phasor(beta), in);
+  whirl_reid_output(&state->reid, out);
+#endif
   if ((state->watch.word & WHIRL_WATCH_TRIP) != 0U) {
     return whirl_fault(state, WHIRL_SUPERVISION);
   }
@@ -295,6 +326,13 @@ static whirl_status whirl_one(whirl_state *state, const whirl_input *in, whirl_o
       (state->watch.own > R(0.0))) {
     ax = whirl_watch_left(state, ax, d.re, state->watch.motion.v.re, e.d.re);
     ay = whirl_watch_left(state, ay, d.im, state->watch.motion.v.im, e.d.im);
+  }
+#endif
+#if HAS_CORRECTED
+  {
+    const whirl_complex asked = whirl_corrected(state, e, whirl_make(ax, ay));
+    ax = asked.re;
+    ay = asked.im;
   }
 #endif
   if (!isfinite(ax / p->gain) || !isfinite(ay / p->gain)) {

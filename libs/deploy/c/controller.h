@@ -49,6 +49,12 @@ typedef struct {
 #if HAS_SUPERVISION
   uint32_t supervision;    /* status word: WHIRL_WATCH_ bits, 0 while nothing is wrong */
 #endif
+#if HAS_REIDENTIFY
+  whirl_real differs[3];    /* shares by which stiffness, damping and gain of the actuators differ from the parameters */
+  whirl_real differs_sd[3]; /* standard deviations */
+  whirl_real corrected[3];  /* shares that the force is corrected for */
+  uint32_t reidentified;    /* status word: WHIRL_REID_ bits */
+#endif
 } whirl_output;
 
 #if HAS_SUPERVISION
@@ -69,6 +75,13 @@ typedef struct {
 #define WHIRL_WATCH_FORCE_REVERSED 32768U  /* it moves against the force of an axis */
 #define WHIRL_WATCH_FORCE_LATE 65536U      /* the force acts about 8 ms later than designed for */
 #define WHIRL_WATCH_FORCE_TESTED 131072U   /* it was let go for 6 to 24 ms, to tell it from another unbalance */
+
+#endif
+#if HAS_REIDENTIFY
+/* Re-identification: 1, 2, 4 stiffness, damping, gain are determined; 8, 16, 32 are at their bounds. */
+#define WHIRL_REID_UNDETERMINED 64U   /* none of them is */
+#define WHIRL_REID_OTHER_MACHINE 128U /* no such numbers explain the motion: the parameters act */
+#define WHIRL_REID_FROZEN 256U        /* too slow or fast, force at its limit, reading lost, or supervision steps in */
 
 #endif
 typedef enum {
@@ -215,6 +228,28 @@ typedef struct {
 } whirl_watch;
 
 #endif
+#if HAS_REIDENTIFY
+/* Memory of the re-identification. */
+#define WHIRL_UNKNOWNS 8
+typedef struct {
+  whirl_real theta; /* rad, of the window; negative: none is open */
+  whirl_real weight;
+  whirl_complex y;
+  whirl_complex z;
+  whirl_complex v;
+  whirl_complex a;
+  whirl_complex f;
+  whirl_real information[WHIRL_UNKNOWNS][WHIRL_UNKNOWNS];
+  whirl_real moment[WHIRL_UNKNOWNS];
+  whirl_real square;
+  whirl_real estimate[3];
+  whirl_real sd[3];
+  whirl_real target[3];
+  whirl_real acting[3];
+  uint32_t word;
+} whirl_reidentifier;
+
+#endif
 #if HAS_STRUCTURE
 /* A mode of the structure, driven by the control acceleration: its step and its motion at the sensor. */
 #define WHIRL_MODES /*@modes@*/
@@ -246,6 +281,10 @@ typedef struct {
 /*@estimator_derived@*/
   /* force history as accelerations, m/s^2 */
   whirl_complex history[WHIRL_HISTORY];
+#if HAS_CORRECTED
+  whirl_complex sent[WHIRL_HISTORY]; /* what was sent; the history is what the designed machine would have got */
+  whirl_complex correction;
+#endif
   int32_t head;
   /* gate */
   whirl_complex good;
@@ -264,6 +303,9 @@ typedef struct {
 #if HAS_SUPERVISION
   whirl_watch watch;
   whirl_force_check check;
+#endif
+#if HAS_REIDENTIFY
+  whirl_reidentifier reid;
 #endif
   /* law, one value per axis */
 #if HAS_AXIS_MEMORY

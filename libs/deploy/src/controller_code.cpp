@@ -4,12 +4,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "rotor_parameters.hpp"
 #include "template.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/method.hpp"
+#include "whirl/control/reidentifier_numbers.hpp"
 #include "whirl/control/supervision_numbers.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/deploy/code.hpp"
@@ -32,13 +34,20 @@ int modes_of(const std::map<std::string, double>& values) {
 }
 
 /// Structure that is fixed at export and therefore no parameter.
-bool is_switch(const std::string& name) { return name == "advance" || name == "predict" || name == "supervise"; }
+bool is_switch(const std::string& name) {
+  return name == "advance" || name == "predict" || name == "supervise" || name == "reidentify";
+}
+
+bool reidentifies(const std::map<std::string, double>& values) {
+  return values.at("supervise") > 0 && std::lround(values.at("reidentify")) > 0;
+}
 
 std::vector<CodeParameter> parameters_of(const ControllerDesign& d, const std::map<std::string, double>& values) {
   std::vector<CodeParameter> out;
   const auto add = [&](const control::ParameterInfo& info, double value) {
     if (is_switch(info.name) || (info.name.starts_with("runout_") && !has_runout(values))) return;
     if (info.name.starts_with("mode_") && info.name[5] - '0' > modes_of(values)) return;
+    if (info.name.starts_with("reidentify_") && !reidentifies(values)) return;
     if (info.name.starts_with("watch_") && values.at("supervise") == 0) return;
     out.push_back({info.name, info.unit, info.meaning, value, info.low, info.high});
   };
@@ -167,6 +176,15 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
 #undef WHIRL_NUMBER
     if (!d.feedforward && !law.cancels_synchronous) on.insert("CARRIED");
   }
+  if (reidentifies(values)) {
+    on.insert("REIDENTIFY");
+    if (std::lround(values.at("reidentify")) == 2) on.insert("CORRECTED");
+#define WHIRL_NUMBER(name, value) s.slots["n_reid_" #name] = c_literal(value, options.single_precision);
+    WHIRL_REIDENTIFIER_NUMBERS(WHIRL_NUMBER)
+#undef WHIRL_NUMBER
+    s.slots["n_reid_rate_rad"] =
+        c_literal(control::reidentification::rate / (2 * std::numbers::pi), options.single_precision);
+  }
   if (d.feedforward && !estimator.finds_disturbance) on.insert("FIXED");
 
   auto& slots = s.slots;
@@ -228,6 +246,10 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
                 " counts whole turns on an angle that grows, which float cannot hold: export it in double");
   }
   const std::map<std::string, double> values = control::resolve_parameters(design);
+  if (options.single_precision && reidentifies(values)) {
+    throw Error("reidentify " + fmt::format("{:g}", values.at("reidentify")) +
+                ": float does not hold the sums of its least squares: export it in double");
+  }
   ControllerCode code;
   code.parameters = parameters_of(design, values);
   TemplateSettings s = settings_of(design, values, options);
@@ -251,6 +273,7 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   part(deploy_template("structure.c"));
   part(deploy_template("force_check.c"));
   part(deploy_template("supervisor.c"));
+  part(deploy_template("reidentifier.c"));
   part(s.slots["law_whole"].empty() ? std::string(deploy_template("laws.c")) : "/*@law_whole@*/\n");
   source += fill_template(default_lines(code.parameters, options.single_precision) + "\n", s);
   for (const char* name : {"controller.c", "gap.c", "parameter.c"}) source += fill_template(deploy_template(name), s);

@@ -72,6 +72,10 @@ TEST(ControllerSourceExport, MisraCheckFindsOnlyTheListedDeviations) {
     const ControllerCode code = controller_code(testing::design_of(law, estimator), {law, false, ""});
     sources.add({code.header, code.source});
   }
+  ControllerDesign reidentified = testing::design_of("pd", "lpf");
+  reidentified.parameters = {{"supervise", 1}, {"reidentify", 2}};
+  const ControllerCode code = controller_code(reidentified, {"reidentified", false, ""});
+  sources.add({code.header, code.source});
   expect_only({&sources}, {"8.7", "15.5"});
 }
 

@@ -26,13 +26,13 @@ struct StepDifference {
   }
 };
 
-/// The step of a design, compiled.
+/// The step of a design, compiled; `more`: C that is appended to the wrapper.
 struct Exported {
-  explicit Exported(const ControllerDesign& d) {
+  explicit Exported(const ControllerDesign& d, const std::string& more = "") {
     const ControllerCode code = controller_code(d, {"drive", false, ""});
     folder.write(code.header.name, code.header.text);
     folder.write(code.source.name, code.source.text);
-    folder.write("wrapper.c", testing::step_wrapper());
+    folder.write("wrapper.c", testing::step_wrapper() + more);
     const auto built = testing::shell(
         folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
     EXPECT_EQ(built.exit_code, 0) << d.law << " " << d.estimator << built.text;

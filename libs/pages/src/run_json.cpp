@@ -37,6 +37,14 @@ io::Json to_json(const tuning::ClosedLoopMetrics& m) {
   document.set("saturated", m.saturated).set("saturated_turning", m.saturated_turning);
   document.set("standing_rms", m.standing_rms).set("reasons", m.verdict.reasons);
   document.set("supervision", static_cast<double>(m.supervision)).set("supervised", m.supervised);
+  const auto& r = m.reidentification;
+  io::Json found = io::Json::object().set("status", static_cast<double>(r.word));
+  constexpr std::array kShares{"stiffness", "damping", "gain"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    found.set(kShares[i],
+              io::Json::object().set("estimate", r.estimate[i]).set("sd", r.sd[i]).set("corrected", r.acting[i]));
+  }
+  if (r.sd[0] > 0) document.set("reidentification", std::move(found));
   document.set("held", m.held).set("stable", m.stable).set("trip", std::string(to_string(m.trip)));
   return document;
 }

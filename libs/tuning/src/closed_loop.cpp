@@ -127,6 +127,7 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
   out.saturated = judge.saturated();
   out.saturated_turning = judged.saturated_turning;
   out.held = controller.state().held_total;
+  out.reidentification = controller.state().reidentification;
   out.trip = judged.trip;
   out.survived = judged.survived;
   out.verdict = tuning::judge(judged, options_.verdict);

@@ -76,6 +76,17 @@ double watched_level(ControllerDesign trial, const TuningScenario& nominal, cons
   return scenario_plant(nominal, model, hardware, seed).run(trial).watched_level;
 }
 
+/// A correction that is wrong by all it may be stays inside what the certificate states.
+void bound_reidentification(ControllerDesign& design, double stiffness_uncertainty) {
+  auto values = control::resolve_parameters(design);
+  if (std::lround(values.at("reidentify")) == 0) return;
+  const double up = design.margins.at("gain_margin"), down = design.margins.at("gain_margin_down");
+  const double gain = std::min(1 - 1 / up, down > 0 ? 1 / down - 1 : 1);
+  design.parameters["reidentify_gain"] = std::clamp(values.at("reidentify_gain"), 0.01, std::max(gain, 0.01));
+  design.parameters["reidentify_stiffness"] =
+      std::clamp(values.at("reidentify_stiffness"), 0.01, std::max(stiffness_uncertainty, 0.01));
+}
+
 /// Supervision with a level that the nominal run stays far below.
 void supervise(ControllerDesign& design, const DesignOptions& options, double level, const ClosedLoopMetrics& run) {
   constexpr double kAbove = 4, kLeast = 60e-6, kShare = 0.2;
@@ -88,6 +99,7 @@ void supervise(ControllerDesign& design, const DesignOptions& options, double le
   for (const auto& [name, value] : options.fixed) {
     if (name == "supervise" || name.starts_with("watch_")) design.parameters[name] = value;
   }
+  bound_reidentification(design, options.stiffness_uncertainty);
 }
 
 /// Paper eq. 42, rho > |Delta| + kappa: what the model may have wrong, at the amplitudes of the nominal run, and the

@@ -48,6 +48,8 @@ void run_simulated(Session& session, const RunOptions& o, const ControllerDesign
     session.say(
         fmt::format("supervision, from {:.3f} s on: {}", m.supervised, control::supervision_text(m.supervision)));
   }
+  if (m.reidentification.sd[0] > 0)
+    session.say("re-identified, shares of the design: " + control::reidentification_text(m.reidentification));
   io::Json json = pages::to_json(m);
   json.set("provenance", to_json(io::provenance({o.controller}, session.command_line, o.loop.run.seed)));
   Summary summary;

@@ -5,6 +5,7 @@
 #include "whirl/control/estimators.hpp"
 #include "whirl/control/gate.hpp"
 #include "whirl/control/laws.hpp"
+#include "whirl/control/reidentifier.hpp"
 #include "whirl/control/runout.hpp"
 #include "whirl/control/structure.hpp"
 #include "whirl/control/supervisor.hpp"
@@ -24,7 +25,8 @@ struct ControllerState {
   bool saturated = false;          ///< the force is at its limit or changes as fast as it may
   bool held = false;               ///< the sample was lost and the last good one held
   long held_total = 0;
-  Supervision supervision;  ///< of this step; neutral without supervision
+  Supervision supervision;            ///< of this step; neutral without supervision
+  Reidentification reidentification;  ///< after this step; nothing without it
 };
 
 struct LoopTiming {
@@ -39,6 +41,10 @@ struct ForceLimits {
   double slew = 0;        ///< N/s
   double hysteresis = 0;  ///< width, N
 };
+
+/// Re-identification beside the supervision. While it acts, law, estimator and supervisor see the design's machine: the
+/// force sent is (a + dk z + dc v) / g, a what they asked for, and a is what they are told was sent.
+enum class Reidentify { off, says, acts };
 
 struct Feedforward {
   bool on = true;        ///< the disturbance estimate (or the model's unbalance) is part of f
@@ -58,6 +64,7 @@ struct ControllerSettings {
   bool predict = false;    ///< position and velocity at the time of effect
   long stale_limit = 100;  ///< held samples in a row after which the step faults
   bool supervise = false;  ///< the supervisor beside the law acts
+  Reidentify reidentify = Reidentify::off;
 };
 
 /// Estimator, prediction over the loop delay, law, feedforward and force limit as one fixed-size value.
@@ -70,7 +77,8 @@ class Controller {
 
   Controller(const ControllerSettings& settings, const AnyEstimator& estimator, const AnyLaw& law,
              const SampleGate& gate, const Runout& runout, const Supervisor& supervisor = {},
-             const std::array<StructureMode, Structure::kModes>& modes = {}) noexcept;
+             const std::array<StructureMode, Structure::kModes>& modes = {},
+             const Reidentifier& reidentifier = {}) noexcept;
 
   /// Faults: not_finite (angle, speed or result), stale_sensor (more than stale_limit lost samples in a row),
   /// kSupervision (its last step).
@@ -89,7 +97,11 @@ class Controller {
  private:
   std::complex<double> past(int samples) const noexcept;  ///< control acceleration sent `samples` ticks ago (>= 1)
   DiskMotion at_effect(const DiskMotion& now, double omega, const SampleTurns& turns) const noexcept;
-  void push(std::complex<double> acceleration) noexcept;
+  std::complex<double> sent(int samples) const noexcept;  ///< the same of the force, which past() is seen as
+  void push(std::complex<double> sent) noexcept;
+  std::complex<double> seen(std::complex<double> sent) const noexcept;
+  std::complex<double> corrected(std::complex<double> asked) noexcept;
+  void reidentify(const EstimatorInput& in, std::complex<double> turn, double omega_dot) noexcept;
   void limit_force() noexcept;
   void watch(const EstimatorInput& in, std::complex<double> turn) noexcept;
 
@@ -99,13 +111,15 @@ class Controller {
   SampleGate gate_;
   Runout runout_;
   Supervisor supervisor_;
+  Reidentifier reidentifier_;
   Structure structure_;
   bool has_runout_;
   int whole_delay_;  ///< delay = (whole_delay_ + fraction_) h
   double fraction_;
   double time_ = 0;   ///< of the last sample, s
   bool gap_ = false;  ///< ticks were left out before this one
-  std::array<std::complex<double>, kMaxDelay + 3> history_{};
+  std::array<std::complex<double>, kMaxDelay + 3> history_{}, sent_{};
+  std::complex<double> correction_;  // m/s^2, of this step
   int head_ = 0;
   ControllerState state_;
 };

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "whirl/control/reidentifier.hpp"
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/recording.hpp"
 #include "whirl/rig/parameters.hpp"
@@ -34,15 +35,16 @@ struct ClosedLoopMetrics {
   double saturated = 0;         ///< fraction of ticks at the force limit
   long held = 0;                ///< samples lost and bridged
   Fault trip = Fault::none;
-  double survived = 1;            ///< fraction of the run before divergence or trip
-  double smooth_variation = 0;    ///< of the force that holds this rotor still, N/s
-  double standing_rms = 0;        ///< motion beside the synchronous one while turning, m rms; 0: none
-  double saturated_turning = 0;   ///< fraction of the ticks of a turning shaft at the force limit
-  std::uint32_t supervision = 0;  ///< every bit of the status word that stood (control/supervisor.hpp)
-  double supervised = -1;         ///< first time at which a bit stood, s; negative: never
-  double watched_level = 0;       ///< largest level that supervision saw after its first 0.3 s, m rms
-  Verdict verdict;                ///< of the one judge, see verdict.hpp
-  bool stable = true;             ///< verdict.passed()
+  double survived = 1;                         ///< fraction of the run before divergence or trip
+  double smooth_variation = 0;                 ///< of the force that holds this rotor still, N/s
+  double standing_rms = 0;                     ///< motion beside the synchronous one while turning, m rms; 0: none
+  double saturated_turning = 0;                ///< fraction of the ticks of a turning shaft at the force limit
+  std::uint32_t supervision = 0;               ///< every bit of the status word that stood (control/supervisor.hpp)
+  double supervised = -1;                      ///< first time at which a bit stood, s; negative: never
+  double watched_level = 0;                    ///< largest level that supervision saw after its first 0.3 s, m rms
+  control::Reidentification reidentification;  ///< at the end of the run
+  Verdict verdict;                             ///< of the one judge, see verdict.hpp
+  bool stable = true;                          ///< verdict.passed()
 };
 
 struct ClosedLoopOptions {
