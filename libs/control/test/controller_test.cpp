@@ -130,7 +130,7 @@ TEST(ControllerRealtime, NoStepAllocates) {
 TEST(ControllerRealtime, NoSupervisedStepAllocates) {
   for (const double level : {1.0, 1e-4}) {
     ControllerDesign d = design_of("tsmc", "kfe");
-    d.parameters["supervise"] = 1;
+    d.parameters["supervise"] = d.parameters["reidentify"] = 1;
     d.parameters["watch_level"] = level;
     Controller c = make_controller(d);
     bool tripped = false;

@@ -185,13 +185,17 @@ static whirl_force_fit whirl_fit_force(const whirl_force_check *c, whirl_real k1
   const whirl_real det = ((xx * yy) - (xy * xy)) + (least * least);
   const whirl_real px = ((xr * yy) - (yr * xy)) / det;
   const whirl_real py = ((yr * xx) - (xr * xy)) / det;
+  const whirl_real far_delay = second * /*@n_later@*/;
+  const whirl_real near_delay = first * /*@n_late@*/;
+  const whirl_real far_left = second * mr;
+  const whirl_real near_left = first * lr;
   whirl_force_fit f;
   f.rr = ((((c->dd - (R(2.0) * whirl_along(e, c->fd))) + (whirl_norm(e) * c->ff)) - (per * whirl_norm(fr))) -
           (R(2.0) * whirl_along(q, zr))) +
          (whirl_norm(q) * zz);
   f.changed = f.rr - (known ? (whirl_norm(fq) / ff) : R(0.0));
   f.share = later ? second : first;
-  f.delay = later ? (second * /*@n_later@*/) : (first * /*@n_late@*/);
+  f.delay = later ? far_delay : near_delay;
   f.gain_x = R(1.0) - px;
   f.gain_y = R(1.0) - py;
   f.low = M(fmin)(f.gain_x, f.gain_y);
@@ -199,7 +203,7 @@ static whirl_force_fit whirl_fit_force(const whirl_force_check *c, whirl_real k1
   f.sure_x = det / yy;
   f.sure_y = det / xx;
   f.by_gain = (f.rr - (px * xr)) - (py * yr);
-  f.by_delay = f.rr - (later ? (second * mr) : (first * lr));
+  f.by_delay = f.rr - (later ? far_left : near_left);
   f.eps = whirl_add(e, whirl_scale(R(1.0) / ff, whirl_sub(whirl_sub(fq, whirl_scale(px, c->fx)),
                                                           whirl_scale(py, c->fy))));
   return f;
@@ -310,7 +314,10 @@ static uint32_t whirl_force_suspect(whirl_force_check *c, const whirl_params *p,
   } else if ((c->gain_time > confirm) || early) {
     const bool sure = starting ? ((known || plain) && whirl_force_missing(f, p, /*@n_proof@*/)) : known;
     const whirl_real most = (f->changed >= (/*@n_unlike@*/ * f->rr)) ? /*@n_better@*/ : /*@n_clear@*/;
-    c->suspected = reversed ? WHIRL_WATCH_FORCE_REVERSED : WHIRL_WATCH_FORCE_LOST;
+    c->suspected = WHIRL_WATCH_FORCE_LOST;
+    if (reversed) {
+      c->suspected = WHIRL_WATCH_FORCE_REVERSED;
+    }
     if (!early && sure && (f->by_gain < (most * f->changed))) {
       found = c->suspected;
     } else if (open) {

@@ -86,7 +86,10 @@ static void whirl_reid_judge(whirl_state *state, whirl_real square, const whirl_
     whirl_reid_forget(state);
     return;
   }
-  word = (r->square > /*@n_reid_unlike@*/) ? WHIRL_REID_OTHER_MACHINE : 0U;
+  word = 0U;
+  if (r->square > /*@n_reid_unlike@*/) {
+    word = WHIRL_REID_OTHER_MACHINE;
+  }
   for (i = 0; i < 3; i++) {
     const whirl_real size = M(fabs)(mean[i]);
     r->sd[i] = M(sqrt)(variance[i] * M(fmax)(R(1.0), r->square));
@@ -121,18 +124,25 @@ static void whirl_reid_close(whirl_state *state) {
   const whirl_complex y = whirl_scale(per, r->y);
   const whirl_complex a = whirl_scale(per, r->a);
   const whirl_complex f = whirl_scale(per * (M(hypot)(p->eps_re, p->eps_im) + /*@n_reid_eccentric@*/), r->f);
-  const whirl_complex x[WHIRL_UNKNOWNS] = {
-      whirl_scale(-p->k1 * per, r->z), whirl_scale(p->c * per, r->v), a, f, whirl_make(-f.im, f.re),
-      whirl_make(runout, R(0.0)), whirl_make(R(0.0), runout), whirl_scale(/*@n_reid_across@*/, whirl_make(-a.im, a.re))};
-  const whirl_real size = /*@n_reid_error@*/ * (M(hypot)(x[0].re, x[0].im) + M(hypot)(a.re, a.im));
+  const whirl_complex elastic = whirl_scale(-p->k1 * per, r->z);
+  const whirl_real size = /*@n_reid_error@*/ * (M(hypot)(elastic.re, elastic.im) + M(hypot)(a.re, a.im));
   const whirl_real sure = R(1.0) / ((floor * floor) + (size * size));
   whirl_real l[WHIRL_UNKNOWNS][WHIRL_UNKNOWNS];
   whirl_real half[WHIRL_UNKNOWNS];
   whirl_real mean[WHIRL_UNKNOWNS];
   whirl_real variance[WHIRL_UNKNOWNS];
+  whirl_complex x[WHIRL_UNKNOWNS];
   whirl_complex left = y;
   int32_t i;
   int32_t j;
+  x[0] = elastic;
+  x[1] = whirl_scale(p->c * per, r->v);
+  x[2] = a;
+  x[3] = f;
+  x[4] = whirl_make(-f.im, f.re);
+  x[5] = whirl_make(runout, R(0.0));
+  x[6] = whirl_make(R(0.0), runout);
+  x[7] = whirl_scale(/*@n_reid_across@*/, whirl_make(-a.im, a.re));
   for (i = 0; i < WHIRL_UNKNOWNS; i++) {
     const whirl_real prior = (i < 3) ? (/*@n_reid_prior@*/ * bounds[i]) : R(1.0);
     for (j = 0; j <= i; j++) {
