@@ -165,10 +165,9 @@ std::string text(const Finding& f) {
     case FindingCode::motion_unexplained:
       return fmt::format("{} {:.0f} % of the motion unexplained beyond the noise", f.where, 100 * of("share"));
     case FindingCode::model_error:
-      return fmt::format("model error: chi-square {:.2f} (1 when the model fits){}", of("chi_square"),
-                         std::isfinite(of("share"))
-                             ? fmt::format(", {:.2g} % of the motion unexplained", 100 * of("share"))
-                             : "");
+      return fmt::format(
+          "model error: chi-square {:.2f} (1 when the model fits){}", of("chi_square"),
+          std::isfinite(of("share")) ? fmt::format(", {:.2g} % of the motion unexplained", 100 * of("share")) : "");
     case FindingCode::held_out_not_predicted:
       return fmt::format("a model of the rest does not predict {}: error {:.0f} % of the motion beyond the noise",
                          f.where, 100 * of("share"));
