@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "command_texts.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/units.hpp"
 
@@ -88,15 +89,22 @@ class Reader {
 
 }  // namespace
 
-std::vector<std::string> with_defaults(const CommandText& program, std::vector<std::string> words) {
+std::optional<std::filesystem::path> defaults_file() {
   const char* named = std::getenv("WHIRL_CONFIG");
   const std::filesystem::path file = named != nullptr ? named : "whirl.toml";
-  if (std::error_code ec; file.empty() || (named == nullptr && !std::filesystem::is_regular_file(file, ec)))
-    return words;
+  if (std::error_code ec; file.empty() || (named == nullptr && !std::filesystem::is_regular_file(file, ec))) return {};
+  return file;
+}
+
+std::vector<std::string> with_defaults(const CommandLine& app, std::vector<std::string> words) {
+  const auto given = defaults_file();
+  if (!given) return words;
+  const std::filesystem::path& file = *given;
   const auto has = [&](std::string_view word) { return std::find(words.begin(), words.end(), word) != words.end(); };
   if (words.empty() || words.front() == "help" || has("-h") || has("--help") || has("--help-all") || has("--version"))
     return words;
 
+  const CommandText program = app.describe();
   const CommandText* place = &program;
   std::size_t at = 0;
   for (; at < words.size(); ++at) {
@@ -112,10 +120,10 @@ std::vector<std::string> with_defaults(const CommandText& program, std::vector<s
   }
   std::string said;
   for (const auto& [flag, own] : taken) {
-    const bool given = std::any_of(words.begin(), words.end(), [&f = flag](const std::string& word) {
+    const bool said_already = std::any_of(words.begin(), words.end(), [&f = flag](const std::string& word) {
       return word == f || word.starts_with(f + "=");
     });
-    if (given || own.empty()) continue;
+    if (said_already || own.empty()) continue;
     words.insert(words.begin() + static_cast<std::ptrdiff_t>(at), own.begin(), own.end());
     said += fmt::format(" {}", fmt::join(own, " "));
   }

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <vector>
 
 #include "command.hpp"
 #include "commands/balance/balance.hpp"
@@ -98,6 +99,61 @@ CommandLine* add_command(CommandLine& app, Session& session, const std::string& 
 
 namespace {
 
+struct Entry {
+  const char* name;  ///< of the subcommand; empty: several, made of all the others
+  void (*add)(CommandLine& app, Session& session);
+};
+struct Section {
+  const char* heading;
+  std::vector<Entry> commands;
+};
+
+/// In the order of --help.
+const std::vector<Section>& sections() {
+  static const std::vector<Section> all{
+      {"Data: read, convert, show",
+       {{"info", add_info}, {"convert", add_convert}, {"plot", add_plot}, {"report", add_report}}},
+      {"Identification: equations of motion from records",
+       {{"identify", add_identify}, {"validate", add_validate}, {"derive", add_derive}, {"simulate", add_simulate}}},
+      {"Modal analysis: tests at standstill, ambient and run-up records",
+       {{"stiffness", add_stiffness},
+        {"frf", add_frf},
+        {"modes", add_modes},
+        {"oma", add_oma},
+        {"nonlinear-mode", add_nonlinear_mode},
+        {"transient", add_transient}}},
+      {"Balancing and response", {{"balance", add_balance}, {"response", add_response}, {"runup", add_runup}}},
+      {"Flexible rotors: from geometry", {{"rotor", add_rotor}, {"centrifuge", add_centrifuge}}},
+      {"Control: design, test, export",
+       {{"design", add_design},
+        {"margins", add_margins},
+        {"compare", add_compare},
+        {"robustness", add_robustness},
+        {"export", add_export}}},
+      {"Running: hardware, records of a loop, live view",
+       {{"run", add_run}, {"record", add_record}, {"replay", add_replay}, {"monitor", add_monitor}, {"io", add_io}}},
+      {"Simulated test rig", {{"rig", add_rig}, {"reproduce", add_reproduce}}},
+      {"Help", {{"", add_manual}}},
+  };
+  return all;
+}
+
+/// Gives the program its subcommands: the one that `word` names alone, for a description of all takes longer than many
+/// a command; all of them where it is none, or where a file of defaults may name any.
+void add_commands(CommandLine& app, Session& session, const std::string& word) {
+  const auto named = [&](const Entry& e) { return word == e.name && !word.empty(); };
+  const bool one = !defaults_file() && std::any_of(sections().begin(), sections().end(), [&](const Section& s) {
+    return std::any_of(s.commands.begin(), s.commands.end(), named);
+  });
+  for (const Section& section : sections()) {
+    app.section(section.heading);
+    for (const Entry& entry : section.commands) {
+      if (!one || named(entry)) entry.add(app, session);
+    }
+  }
+  app.section();
+}
+
 int run(int argc, char** argv) {
   CommandLine app(
       "whirl: from records of a rotor's run-up or run-down to its nonlinear equations of motion, and from these to a\n"
@@ -114,51 +170,10 @@ int run(int argc, char** argv) {
   Session session;
   io::set_remark_handler(
       [&](const std::string& file, const std::string& text, io::RemarkCode code) { session.note(file, text, code); });
-  app.section("Data: read, convert, show");
-  add_info(app, session);
-  add_convert(app, session);
-  add_plot(app, session);
-  add_report(app, session);
-  app.section("Identification: equations of motion from records");
-  add_identify(app, session);
-  add_validate(app, session);
-  add_derive(app, session);
-  add_simulate(app, session);
-  app.section("Modal analysis: tests at standstill, ambient and run-up records");
-  add_stiffness(app, session);
-  add_frf(app, session);
-  add_modes(app, session);
-  add_oma(app, session);
-  add_nonlinear_mode(app, session);
-  add_transient(app, session);
-  app.section("Balancing and response");
-  add_balance(app, session);
-  add_response(app, session);
-  add_runup(app, session);
-  app.section("Flexible rotors: from geometry");
-  add_rotor(app, session);
-  add_centrifuge(app, session);
-  app.section("Control: design, test, export");
-  add_design(app, session);
-  add_margins(app, session);
-  add_compare(app, session);
-  add_robustness(app, session);
-  add_export(app, session);
-  app.section("Running: hardware, records of a loop, live view");
-  add_run(app, session);
-  add_record(app, session);
-  add_replay(app, session);
-  add_monitor(app, session);
-  add_io(app, session);
-  app.section("Simulated test rig");
-  add_rig(app, session);
-  add_reproduce(app, session);
-  app.section("Help");
-  add_manual(app, session);
-  app.section();
+  add_commands(app, session, argc > 1 ? argv[1] : "");
 
   try {
-    std::vector<std::string> words = with_defaults(app.describe(), {argv + 1, argv + argc});
+    std::vector<std::string> words = with_defaults(app, {argv + 1, argv + argc});
     words.insert(words.begin(), argv[0]);
     session.command_line = fmt::format("{}", fmt::join(words, " "));
     std::vector<char*> arguments;
