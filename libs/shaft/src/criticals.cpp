@@ -72,6 +72,42 @@ bool returns_to_place(const System& system, double speed) {
   return Eigen::LLT<MatrixXd>(stiffness + shift * (e.mass + e.mass.transpose()) / 2).info() == Eigen::Success;
 }
 
+namespace {
+
+struct Excess {
+  double speed, value;  ///< value: of the k-th answer there above the speed
+};
+
+/// Where the excess of the k-th answer changes its sign: the straight line between both ends, of which one that stays
+/// counts half from then on, so that it moves too (Illinois).
+template <class Answers>
+double crossing(const Answers& at, std::size_t k, Excess low, Excess high) {
+  constexpr double kClose = 1e-9;
+  int stayed = 0;  // 1: high at the last step, -1: low
+  double best = high.speed;
+  while (high.speed - low.speed > kClose * high.speed) {
+    const double least = 0.4 * kClose * high.speed;  // so far from an end, and the bracket closes
+    const double line = low.speed - low.value * (high.speed - low.speed) / (high.value - low.value);
+    const double speed = std::clamp(line, low.speed + least, high.speed - least);
+    const std::vector<Critical> there = at(speed);
+    if (k >= there.size()) break;
+    best = speed;
+    const double value = there[k].speed - speed;
+    if ((value > 0) == (low.value > 0)) {
+      low = {speed, value};
+      if (stayed > 0) high.value /= 2;
+      stayed = 1;
+    } else {
+      high = {speed, value};
+      if (stayed < 0) low.value /= 2;
+      stayed = -1;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
 std::vector<Critical> criticals(const System& s, double highest, double spin_per_whirl) {
   const auto below = [&](std::vector<Critical> list) {
     std::erase_if(list, [&](const Critical& c) { return c.speed > highest; });
@@ -92,16 +128,7 @@ std::vector<Critical> criticals(const System& s, double highest, double spin_per
     std::vector<Critical> now = at(to);
     for (std::size_t k = 0; k < std::min(before.size(), now.size()); ++k) {
       if ((before[k].speed > from) == (now[k].speed > to)) continue;
-      const bool above = before[k].speed > from;
-      double low = from, high = to;
-      double best = to;
-      while (high - low > 1e-9 * high) {
-        const double middle = (low + high) / 2;
-        const std::vector<Critical> there = at(middle);
-        if (k >= there.size()) break;
-        best = middle;
-        ((there[k].speed > middle) == above ? low : high) = middle;
-      }
+      const double best = crossing(at, k, {from, before[k].speed - from}, {to, now[k].speed - to});
       result.push_back(criticals_with_supports_at(s, best, spin_per_whirl, Whirl::found)[k]);
     }
     before = std::move(now);

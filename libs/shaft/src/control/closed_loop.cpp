@@ -66,23 +66,24 @@ double ClosedLoop::growth() const {
 }
 
 bool ClosedLoop::stable() const {
-  // Norms of powers: |M^(2^k)| = |M^(2^(k-1))^2|, the scale kept apart so that nothing overflows.
+  // Norms of powers: |M^(2^k)| = |M^(2^(k-1))^2|, the scale kept apart so that nothing overflows. No norm grows faster
+  // from one power to the next than it has until there, and no trace exceeds the size times the largest eigenvalue:
+  // both decide long before the last power does.
   constexpr double kPasses = 1e-3;
-  MatrixXd power = matrix_;
+  MatrixXd power = matrix_, square(matrix_.rows(), matrix_.cols());
   double log_scale = 0;
-  int squarings = 0;
   const int needed = static_cast<int>(std::ceil(std::log2(60 / (kPasses * step_))));
-  for (; squarings < needed; ++squarings) {
-    const double norm = power.norm();
+  for (int squarings = 0;; ++squarings) {
+    const double norm = power.norm(), allowed = std::exp2(squarings) * step_ * 2 * kPasses;
     if (norm == 0) return true;
+    if (log_scale + std::log(norm) < allowed) return true;
+    const double least = std::abs(power.trace()) / static_cast<double>(power.rows());
+    if (squarings == needed || (least > 0 && log_scale + std::log(least) > allowed)) return false;
     power /= norm;
-    log_scale += std::log(norm);
-    if (log_scale < -200) return true;
-    power = (power * power).eval();
-    log_scale *= 2;
+    log_scale = 2 * (log_scale + std::log(norm));
+    square.noalias() = power * power;
+    power.swap(square);
   }
-  log_scale += std::log(power.norm());
-  return std::exp2(-squarings) * log_scale / step_ < 2 * kPasses;
 }
 
 std::vector<Complex> ClosedLoop::poles() const {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "control/closed_loop.hpp"
 #include "control/laws/law.hpp"
@@ -191,23 +192,49 @@ void look(const ControlOptions& o, const Designer& designer, ControlDesign& d) {
   }
 }
 
-/// Cases in which the loop is unstable, with the first speed of each.
-std::vector<ControlRefusal> refusals(const Rotor& rotor, const ControlOptions& o, const RotorController& c) {
-  std::vector<ControlRefusal> refused;
-  const System system = assemble(rotor);
-  for (const Checked& check : kCases) {
-    PlantFamily plants(rotor, system, check.full ? 0 : o.modes);
-    plants.scale_rotating(check.rotating);
-    const int count = check.full ? std::min(o.checked, 2 * o.schedule - 1) : o.checked;
-    for (int k = 0; k < count; ++k) {
-      const double speed = speed_at(o, k, count);
-      if (ClosedLoop(plants.at(speed, c.sample_time), c, speed, check.change).stable()) continue;
-      refused.push_back({check.with, speed});
-      break;
+/// Plants that a loop must hold on. They do not depend on the controller, and a design tries several: each is made
+/// once.
+class Trials {
+ public:
+  Trials(const Rotor& rotor, const ControlOptions& o) : rotor_(rotor), o_(o), system_(assemble(rotor)) {}
+
+  /// Cases in which the loop is unstable, with the first speed of each; the `first` of them alone where that is enough.
+  std::vector<ControlRefusal> refusals(const RotorController& c, bool first = false) {
+    std::vector<ControlRefusal> refused;
+    for (const Checked& check : kCases) {
+      const int count = check.full ? std::min(o_.checked, 2 * o_.schedule - 1) : o_.checked;
+      for (int k = 0; k < count; ++k) {
+        const double speed = speed_at(o_, k, count);
+        if (ClosedLoop(plant(check, k, speed, c.sample_time), c, speed, check.change).stable()) continue;
+        refused.push_back({check.with, speed});
+        if (first) return refused;
+        break;
+      }
     }
+    return refused;
   }
-  return refused;
-}
+
+ private:
+  const SampledPlant& plant(const Checked& check, int k, double speed, double sample_time) {
+    const std::pair kind(check.full, check.rotating);
+    auto family = families_.find(kind);
+    if (family == families_.end()) {
+      family = families_.emplace(kind, PlantFamily(rotor_, system_, check.full ? 0 : o_.modes)).first;
+      family->second.scale_rotating(check.rotating);
+    }
+    const std::pair at(kind, k);
+    auto found = plants_.find(at);
+    if (found == plants_.end()) found = plants_.emplace(at, family->second.at(speed, sample_time)).first;
+    return found->second;
+  }
+
+  using Kind = std::pair<bool, double>;  // all modes; factor of the damping that turns
+  const Rotor& rotor_;
+  const ControlOptions& o_;
+  System system_;
+  std::map<Kind, PlantFamily> families_;
+  std::map<std::pair<Kind, int>, SampledPlant> plants_;
+};
 
 void judge(const Rotor& rotor, const ControlOptions& o, ControlDesign& d) {
   const RotorController& c = d.controller;
@@ -288,7 +315,7 @@ ControlDesign check_rotor_control(const Rotor& rotor, const RotorController& con
   ControlDesign d;
   d.controller = controller;
   look(o, Designer(rotor, o), d);
-  d.refused = refusals(rotor, o, controller);
+  d.refused = Trials(rotor, o).refusals(controller);
   judge(rotor, o, d);
   return d;
 }
@@ -333,12 +360,13 @@ ControlDesign design_rotor_control(const Rotor& rotor, const ControlOptions& o) 
     throw Error("no controller: an unstable or undamped mode is out of reach of the actuators or the probes");
   std::ranges::stable_sort(ranked, std::ranges::greater(), [](const auto& one) { return one.first; });
   ControlDesign best;
+  Trials trials(rotor, o);
   for (std::size_t k = 0; k < std::min<std::size_t>(kTried, ranked.size()); ++k) {
     const std::vector<double>& numbers = ranked[k].second;
     ControlDesign d;
     designer.feedback(law, numbers, d.controller);
     designer.turning(d.controller);
-    d.refused = refusals(rotor, o, d.controller);
+    d.refused = trials.refusals(d.controller, k > 0);  // of those tried later only one without counts
     d.law = law.name;
     for (std::size_t i = 0; i < numbers.size(); ++i)
       d.numbers.push_back({std::string(law.numbers[i].name), numbers[i], std::string(law.numbers[i].unit)});

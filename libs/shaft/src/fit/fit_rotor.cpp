@@ -158,7 +158,7 @@ class RotorFitter {
         1.959964 * invert_information(open, 1e-14).covariance.diagonal().cwiseMax(0).cwiseSqrt().cwiseProduct(units);
     for (Index k = 0; k < set_.size(); ++k) result_.unknowns.push_back(unknown(k, relative[k]));
     result_.weak = weak_directions(set_, point_.t, open, units);
-    result_.next = next_runs(problem, point_.t, units);
+    if (options_.next) result_.next = next_runs(problem, point_.t, units);
     for (Index p = 0; p < set_.probes; ++p) {
       double worst = 0;
       for (std::size_t r = 0; r < runs_.size(); ++r) worst = std::max(worst, problem.noise(r, p));

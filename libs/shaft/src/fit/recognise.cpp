@@ -56,10 +56,12 @@ RotorRecognition recognise_rotor(const std::vector<RotorCandidate>& candidates, 
   require_range("torque tolerance", torque.tolerance, 0, 1);
   RotorRecognition found;
   found.inertia = torque.value > 0 ? inertia_of(candidates.front().run, torque) : Estimate{};
+  FitOptions judged = options;
+  judged.next = false;
   for (const RotorCandidate& c : candidates) {
     CandidateFit one;
     one.name = c.name;
-    one.misfit = fit_rotor(c.job.rotor, c.job.fit, {c.run}, options).misfit;
+    one.misfit = fit_rotor(c.job.rotor, c.job.fit, {c.run}, judged).misfit;
     one.explains = one.misfit.explained;
     one.inertia = c.job.rotor.polar_inertia();
     one.inertia_fits = std::isnan(found.inertia.value) || found.inertia.covers(one.inertia);

@@ -57,11 +57,13 @@ FitTrend fit_trend(const Rotor& rotor, const FitSetup& setup, const std::vector<
                    const FitOptions& options) {
   if (runs.size() < 2) throw Error("a trend needs two runs or more");
   FitTrend trend;
+  FitOptions judged = options;
+  judged.next = false;
   std::vector<std::vector<FitRow>> found;
   for (const OrderRun& run : runs) {
     FitSetup own = setup;
     std::erase_if(own.trials, [&](const Trial& t) { return t.run != run.name; });
-    const RotorFit fit = fit_rotor(rotor, own, {run}, options);
+    const RotorFit fit = fit_rotor(rotor, own, {run}, judged);
     trend.runs.push_back(run.name);
     trend.explained.push_back(fit.misfit.explained);
     if (!fit.misfit.explained)

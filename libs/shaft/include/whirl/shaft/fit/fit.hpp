@@ -112,6 +112,7 @@ struct FitOptions {
   int max_iterations = 40;
   int restarts = 10;  ///< further starts where the first leaves a misfit; 0: none
   int modes = 5;      ///< of a plane, kept by the reduced model beside static shapes of supports and discs
+  bool next = true;   ///< RotorFit::next too: most of the time of a short fit
 };
 
 /// Fits what `setup` leaves open to the synchronous vectors of the runs: output error, runs through resonances included
