@@ -1,6 +1,8 @@
 #include "tables.hpp"
 
 #include <cmath>
+#include <list>
+#include <mutex>
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "whirl/core/angles.hpp"
@@ -149,13 +151,53 @@ AngleTables::AngleTables(const RigParameters& p) {
   measured_angle = measured_angles(p, true_angle);
 }
 
+namespace {
+
+bool same_angle(const RigParameters& a, const RigParameters& b) {
+  return a.profile == b.profile && a.laser.rate == b.laser.rate && a.laser.latency == b.laser.latency &&
+         a.encoder == b.encoder && a.timing == b.timing;
+}
+
+std::size_t bytes_of(const AngleTables& t) {
+  return t.forcing.size() * sizeof t.forcing[0] + t.omega.size() * sizeof t.omega[0] +
+         t.sensor_step.size() * (sizeof t.sensor_step[0] + sizeof t.sensor_turn[0] + 2 * sizeof t.true_angle[0]);
+}
+
+/// Margins, a search and the runs of a design come back to a few profiles again and again, and their tables take as
+/// long as the run of a short loop: the last ones are kept.
+std::shared_ptr<const AngleTables> angle_tables(const RigParameters& p) {
+  constexpr std::size_t kMostBytes = 32 << 20;
+  struct Kept {
+    RigParameters of;
+    std::shared_ptr<const AngleTables> tables;
+  };
+  static std::mutex mutex;
+  static std::list<Kept> kept;
+  {
+    const std::lock_guard lock(mutex);
+    for (auto k = kept.begin(); k != kept.end(); ++k) {
+      if (!same_angle(k->of, p)) continue;
+      kept.splice(kept.begin(), kept, k);
+      return k->tables;
+    }
+  }
+  auto made = std::make_shared<const AngleTables>(p);  // others go on in the meantime
+  const std::lock_guard lock(mutex);
+  kept.push_front({p, made});
+  std::size_t bytes = 0;
+  for (auto k = kept.begin(); k != kept.end();) {
+    bytes += bytes_of(*k->tables);
+    k = bytes > kMostBytes ? kept.erase(k) : std::next(k);
+  }
+  return made;
+}
+
+}  // namespace
+
 RigTables::RigTables(const RigParameters& given, const RigTables* like) : parameters(given) {
   const RigParameters& p = parameters;
   p.check();
-  const bool same = like != nullptr && like->parameters.profile == p.profile &&
-                    like->parameters.laser.rate == p.laser.rate && like->parameters.laser.latency == p.laser.latency &&
-                    like->parameters.encoder == p.encoder && like->parameters.timing == p.timing;
-  angle = same ? like->angle : std::make_shared<const AngleTables>(p);
+  angle = like != nullptr && same_angle(like->parameters, p) ? like->angle : angle_tables(p);
 
   const RotorModel model = p.true_model();
   const double step = angle->step;

@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "whirl/rig/virtual_rig.hpp"
 
@@ -212,6 +215,48 @@ TEST(VirtualRigProperty, SharedAngleTablesGiveTheSameRun) {
     for (VirtualRig* rig : {&shared, &own, &smooth, &smooth_own}) rig->advance();
   }
   EXPECT_NE(smooth.read().beta, own.read().beta);
+}
+
+// Tables are kept from rig to rig: what they depend on is never taken from another one.
+TEST(VirtualRigProperty, EveryParameterOfTheAngleHasTablesOfItsOwn) {
+  const auto readings = [](const RigParameters& p) {
+    std::vector<double> all;
+    VirtualRig rig(p);
+    for (int k = 0; k < 400; ++k, rig.advance()) {
+      const Measurement m = rig.read();
+      all.insert(all.end(), {m.x, m.y, m.beta, m.omega});
+    }
+    return all;
+  };
+  RigParameters base;
+  base.profile.ripple = 0.01, base.profile.ripple_omega = 40, base.profile.dwell_start = 0.1;
+  base.laser.bits = 0;  // the smallest difference shows
+  const std::vector<double> of_base = readings(base);
+  const std::vector<std::pair<const char*, std::function<void(RigParameters&)>>> changes{
+      {"start speed", [](RigParameters& p) { p.profile.omega_start *= 1.01; }},
+      {"end speed", [](RigParameters& p) { p.profile.omega_end += 1; }},
+      {"dwell", [](RigParameters& p) { p.profile.dwell_start *= 0.9; }},
+      {"ramp", [](RigParameters& p) { p.profile.ramp_time *= 0.9; }},
+      {"ripple", [](RigParameters& p) { p.profile.ripple *= 2; }},
+      {"ripple's speed", [](RigParameters& p) { p.profile.ripple_omega *= 1.1; }},
+      {"ripple's phase", [](RigParameters& p) { p.profile.ripple_phase += 1; }},
+      {"start angle", [](RigParameters& p) { p.profile.beta_start += 0.1; }},
+      {"rate of the lasers", [](RigParameters& p) { p.laser.rate = 2000; }},
+      {"their latency", [](RigParameters& p) { p.laser.latency += 0.5e-3; }},
+      {"counts", [](RigParameters& p) { p.encoder.counts = 100; }},
+      {"tracking",
+       [](RigParameters& p) {
+         p.encoder = {1024, 8, false};
+       }},
+      {"no encoder", [](RigParameters& p) { p.encoder.profile_angle = true; }},
+      {"rate of the loop", [](RigParameters& p) { p.timing.rate = 2000; }},
+      {"steps", [](RigParameters& p) { p.timing.substeps = 8; }}};
+  for (const auto& [what, change] : changes) {
+    RigParameters other = base;
+    change(other);
+    EXPECT_NE(readings(other), of_base) << what;
+    EXPECT_EQ(readings(base), of_base) << "after another " << what;
+  }
 }
 
 TEST(VirtualRig, EndsWithItsProfile) {
