@@ -1,4 +1,5 @@
 """The stubs: strict for who uses the package, and true to what the package is."""
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -45,20 +46,27 @@ MISUSE = {
 }
 
 
-def mypy(text, tmp_path):
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    """What mypy read of other packages, by their content: most of its time. A build folder keeps it."""
+    build = os.environ.get("WHIRL_PREBUILT")
+    return Path(build) / "Testing/mypy" if build else tmp_path_factory.mktemp("cache")
+
+
+def mypy(text, tmp_path, cache):
     file = tmp_path / "use.py"
     file.write_text(text)
-    return subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", tmp_path / "cache", file], cwd=PACKAGE.parent,
+    return subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", cache, file], cwd=PACKAGE.parent,
                           env={"MYPYPATH": str(PACKAGE.parent), "PATH": "/usr/bin:/bin"}, capture_output=True, text=True)
 
 
-def test_use_is_strictly_typed(tmp_path):
-    checked = mypy(USE, tmp_path)
+def test_use_is_strictly_typed(tmp_path, cache):
+    checked = mypy(USE, tmp_path, cache)
     assert checked.returncode == 0, checked.stdout
 
 
-def test_misuse_is_found(tmp_path):
-    checked = mypy("import whirl\n" + "\n".join(MISUSE) + "\n", tmp_path)
+def test_misuse_is_found(tmp_path, cache):
+    checked = mypy("import whirl\n" + "\n".join(MISUSE) + "\n", tmp_path, cache)
     found = {int(line.split(":")[1]): line for line in checked.stdout.splitlines() if ": error: " in line}
     number = 2
     for line, codes in MISUSE.items():
