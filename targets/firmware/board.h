@@ -1,4 +1,4 @@
-/* What a board gives to the firmware. Everything is polled: no interrupts, no allocation. */
+/* What a board gives to the firmware. Everything is polled: no interrupt is taken, nothing allocated. */
 #ifndef WHIRL_BOARD_H
 #define WHIRL_BOARD_H
 #include <stdbool.h>
@@ -16,7 +16,7 @@ typedef struct {
 } board_sample;
 
 void board_init(void);
-/* True once per sample time, with the newest sample. */
+/* True once per sample time, with the newest sample. Without one it may sleep until a byte or a sample comes. */
 bool board_read(board_sample *out);
 /* Volts of both actuators; zero is safe. `start` asks the machine to begin (emulation only). */
 void board_write(uint32_t tick, float x_volts, float y_volts, bool armed, bool start);

@@ -7,9 +7,15 @@
 #include "config.h"
 #include "wire.h"
 
-/* CMSDK UART: data, state (1 transmitter full, 2 receiver full), control (1 transmit, 2 receive), -, clock divider. */
+/* CMSDK UART: data, state (1 transmitter full, 2 receiver full), control (1 transmit, 2 receive, 8 interrupt of the receiver),
+   its interrupts (2 receiver; written: cleared), clock divider. */
 static volatile uint32_t *const machine = (volatile uint32_t *)0x40004000u;
 static volatile uint32_t *const host = (volatile uint32_t *)0x40005000u;
+
+/* Receivers of both lines among the interrupts: 0 and 2. They are masked and only end the sleep of an idle board. */
+enum { RECEIVERS = 5 };
+static volatile uint32_t *const interrupts_on = (volatile uint32_t *)0xE000E100u;
+static volatile uint32_t *const interrupts_gone = (volatile uint32_t *)0xE000E280u;
 
 static wire_input input;
 static uint32_t number;
@@ -23,10 +29,12 @@ static void put(volatile uint32_t *uart, uint8_t byte) {
 static void put_machine(uint8_t byte) { put(machine, byte); }
 
 void board_init(void) {
+  __asm__ volatile("cpsid i");
   machine[4] = 16u;
-  machine[2] = 3u;
+  machine[2] = 11u;
   host[4] = 16u;
-  host[2] = 3u;
+  host[2] = 11u;
+  *interrupts_on = RECEIVERS;
 }
 
 int board_get(void) { return get(host); }
@@ -36,6 +44,16 @@ void board_put(uint8_t byte) { put(host, byte); }
 static float displacement(double volts) {
   const double current = volts / SHUNT_OHM;
   return ((current > 3.9e-3) && (current < 20.1e-3)) ? (float)((((current - 4e-3) / 16e-3) - 0.5) * RANGE_M) : NAN;
+}
+
+/* Sleeps until a byte comes. One that comes between the look and the sleep ends the sleep at once. */
+static void wait_for_byte(void) {
+  machine[3] = 2u;
+  host[3] = 2u;
+  *interrupts_gone = RECEIVERS;
+  if (((machine[1] | host[1]) & 2u) == 0u) {
+    __asm__ volatile("wfi" ::: "memory");
+  }
 }
 
 bool board_read(board_sample *out) {
@@ -53,6 +71,7 @@ bool board_read(board_sample *out) {
       return true;
     }
   }
+  wait_for_byte();
   return false;
 }
 

@@ -258,7 +258,13 @@ TEST(Signals, DamagedFilesAreErrorsThatNameThePlace) {
   EXPECT_THAT(error_of([&] { parse_lvm(many, "a.lvm"); }), HasSubstr("99999999 channels"));
   const std::string hdf5 = read_text(corpus("hdf5/v73.mat"));
   EXPECT_THAT(error_of([&] { parse_hdf5("", "a.h5"); }), HasSubstr("a.h5"));
-  EXPECT_THAT(error_of([&] { parse_hdf5(hdf5.substr(0, 3000), "a.h5"); }), HasSubstr("cut off"));
+  EXPECT_THAT(error_of([&] { parse_hdf5(hdf5.substr(0, 40), "a.h5"); }), HasSubstr("cut off"));
+  const auto states = HasSubstr("cut off: its superblock states 24272 bytes, 3000 are present");
+  EXPECT_THAT(error_of([&] { parse_hdf5(hdf5.substr(0, 3000), "a.h5"); }), states);
+  const Folder folder;
+  write_text(folder / "a.h5", hdf5.substr(0, 3000));
+  EXPECT_THAT(error_of([&] { (void)read_signals(folder / "a.h5"); }), states);
+  EXPECT_THAT(error_of([&] { (void)read_hdf5_rows(folder / "a.h5", 0, 10); }), states);
 }
 
 TEST(Signals, SelectionRenamesAndChecks) {

@@ -7,6 +7,7 @@
 #include "formats/arrays/arrays.hpp"
 #include "formats/format.hpp"
 #include "formats/hdf5/hdf5_dataset.hpp"
+#include "formats/hdf5/hdf5_length.hpp"
 #include "formats/hdf5/hdf5_library.hpp"
 #include "formats/hdf5/hdf5_write.hpp"
 #include "whirl/core/error.hpp"
@@ -77,6 +78,7 @@ class Hdf5RowReader : public RowReader {
     std::error_code none;
     const std::uintmax_t size = std::filesystem::file_size(kept_, none);
     bytes_ = none ? 0 : size;
+    refuse_cut_hdf5(kept_, name_);
     read_apart(
         name_, bytes_,
         [&](ParcelWriter& out) {
@@ -135,6 +137,7 @@ SignalFile read_hdf5_rows(const std::filesystem::path& path, Eigen::Index first,
 }
 
 SignalFile parse_hdf5(std::string_view bytes, std::string_view name) {
+  refuse_cut_hdf5(bytes, name);
   SignalFile file =
       read_by(std::string(name), bytes.size(), [&](ParcelWriter& out) { collect_memory(bytes, name, out); });
   tell_rounding(file);
@@ -146,6 +149,7 @@ namespace {
 SignalFile read_whole(const std::filesystem::path& path, const ResponseOptions* wanted) {
   const std::filesystem::path kept = input_path(path);
   const std::string name = path.string();
+  refuse_cut_hdf5(kept, name);
   SignalFile file = read_by(
       name, std::filesystem::file_size(kept), [&](ParcelWriter& out) { collect_memory(read_text(kept), name, out); },
       wanted);
