@@ -25,7 +25,11 @@ Params = _struct("Params", [(name, Real) for name in PARAMETERS])
 Input = _struct("Input", [(name, Real) for name in ("x", "y", "beta", "omega", "omega_dot")] + [("valid", ctypes.c_bool)])
 Output = _struct("Output", [(name, Real) for name in ("ux", "uy", "requested_ux", "requested_uy", "s_x", "s_y",
                                                       "x", "y", "vx", "vy")]
-#if HAS_SUPERVISION
+#if HAS_REIDENTIFY
+                 + [("saturated", ctypes.c_bool), ("held", ctypes.c_bool), ("supervision", ctypes.c_uint32)]
+                 + [(name, 3 * Real) for name in ("differs", "differs_sd", "corrected")]
+                 + [("reidentified", ctypes.c_uint32)])
+#elif HAS_SUPERVISION
                  + [("saturated", ctypes.c_bool), ("held", ctypes.c_bool), ("supervision", ctypes.c_uint32)])
 #else
                  + [("saturated", ctypes.c_bool), ("held", ctypes.c_bool)])

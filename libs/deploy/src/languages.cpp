@@ -99,7 +99,9 @@ TemplateSettings wrapper_settings(const ControllerDesign& design, const CodeOpti
   TemplateSettings s;
   s.prefix = o.prefix;
   s.features = {"CONTROLLER"};
-  if (control::resolve_parameters(design).at("supervise") > 0) s.features.insert("SUPERVISION");
+  const auto values = control::resolve_parameters(design);
+  if (values.at("supervise") > 0) s.features.insert("SUPERVISION");
+  if (values.at("supervise") > 0 && std::lround(values.at("reidentify")) > 0) s.features.insert("REIDENTIFY");
   s.slots["prefix"] = o.prefix;
   s.slots["sample_time"] = expr::number_text(design.sample_time, true);
   s.slots["title"] =

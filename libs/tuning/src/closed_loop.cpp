@@ -72,6 +72,17 @@ ClosedLoopPlant::ClosedLoopPlant(const rig::RigParameters& rig, const ClosedLoop
   open_ = rig::segment_peaks(x, segment_, std::lround(options.skip * rig.timing.rate));
 }
 
+namespace {
+
+/// What was determined last: a rotor that has stopped tells nothing.
+void keep_last_said(control::Reidentification& last, const control::Reidentification& now) {
+  constexpr std::uint32_t kSays =
+      control::kStiffnessKnown | control::kDampingKnown | control::kActuatorKnown | control::kOtherMachine;
+  if ((now.word & kSays) != 0 || (last.word & kSays) == 0) last = now;
+}
+
+}  // namespace
+
 ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording* log, std::uint64_t seed,
                                        const std::vector<rig::ScriptedFault>& faults) const {
   control::Controller controller = control::make_controller(design);
@@ -102,6 +113,7 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
     const control::Supervision& watched = controller.state().supervision;
     if (watched.word != 0 && out.supervised < 0) out.supervised = cycle.measurement.t;
     out.supervision |= watched.word;
+    keep_last_said(out.reidentification, controller.state().reidentification);
     if (cycle.measurement.t > 0.3) out.watched_level = std::max(out.watched_level, watched.level);
     const double u = truth.commanded().real(), across = truth.commanded().imag();
     square += u * u;
@@ -127,7 +139,6 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
   out.saturated = judge.saturated();
   out.saturated_turning = judged.saturated_turning;
   out.held = controller.state().held_total;
-  out.reidentification = controller.state().reidentification;
   out.trip = judged.trip;
   out.survived = judged.survived;
   out.verdict = tuning::judge(judged, options_.verdict);

@@ -192,6 +192,18 @@ TEST(DesignUnit, FixedParametersAreNotTouched) {
   EXPECT_EQ(d.force_limit, 40);
 }
 
+// A correction that is wrong by all it may be changes the gain and the stiffness of the loop by no more than is
+// certified.
+TEST(DesignUnit, BoundsOfTheReidentificationAreInsideTheCertificate) {
+  const rig::RigParameters rig;
+  DesignOptions o = options_for(rig, "pd", "lpf", 4);
+  o.fixed = {{"reidentify", 2}, {"reidentify_gain", 0.5}, {"reidentify_stiffness", 0.5}};
+  const ControllerDesign d = design(identified_model(rig), o);
+  EXPECT_LE(1 / (1 - d.parameters.at("reidentify_gain")), d.margins.at("gain_margin") + 1e-9);
+  EXPECT_LE(d.parameters.at("reidentify_stiffness"), o.stiffness_uncertainty);
+  EXPECT_EQ(d.parameters.at("reidentify"), 2);
+}
+
 TEST(DesignUnit, NegativeStiffnessIsNotCertified) {
   // Cancelling all of a stiffness that is 30 % lower than believed, with too little feedback to make up for
   // it.

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include "../fmu_fixture.hpp"
 #include "../step_difference.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/deploy/languages.hpp"
 #include "whirl/testing/foreign_rig.hpp"
 
 namespace whirl::deploy {
@@ -108,6 +110,31 @@ TEST_P(ReidentifyFmuExport, ReidentifiedForcesAreThoseOfTheLibrary) {
   StepDifference found;
   compare_fmu(import(d), d, all, found);
   EXPECT_LT(found.worst, 1e-12 * found.largest);
+}
+
+TEST(ReidentifyExport, PythonReadsTheEstimatesBehindTheForce) {
+  if (!testing::has_program("python3")) GTEST_SKIP() << "python3 is not installed";
+  const ControllerDesign d = design_for("pd", "lpf", 2);
+  const testing::TemporaryFolder folder;
+  for (const SourceFile& f : export_python(d, {"drive", false, ""})) folder.write(f.name, f.text);
+  control::Controller mine = control::make_controller(d);
+  std::string script = "from drive import Controller\nc = Controller()\nfor m in (\n";
+  const std::vector<Measurement> all = readings(d);
+  for (std::size_t k = 0; k < 1200; ++k) {
+    const Measurement& m = all[k];
+    script += fmt::format("    ({:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {}),\n", m.x, m.y, m.beta, m.omega,
+                          m.omega_dot, m.valid ? "True" : "False");
+    mine.step(m);
+  }
+  const control::Reidentification& r = mine.state().reidentification;
+  ASSERT_NE(r.estimate[2], 0);
+  script += fmt::format(
+      "):\n    o = c.step(*m)\nassert abs(o.differs[2] - {:.17g}) < 1e-11\nassert abs(o.differs_sd[0] - {:.17g}) < "
+      "1e-11\nassert o.reidentified == {}\n",
+      r.estimate[2], r.sd[0], r.word);
+  folder.write("main.py", script);
+  const auto run = testing::shell(folder.path(), "python3 main.py");
+  EXPECT_EQ(run.exit_code, 0) << run.text;
 }
 
 TEST(ReidentifyExport, NothingOfItWithoutItAndNoneInFloat) {

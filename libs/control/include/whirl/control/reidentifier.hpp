@@ -67,7 +67,7 @@ struct ReidentifierInput {
 /// complex equation, a pass through the critical speed tells stiffness and gain apart.
 ///
 /// The error of an equation is a share of its elastic and control acceleration. `acting` follows what is determined and
-/// differs by 2 sd, slowly, stiffness and damping only while the gain is known, because a force replaces them; it is
+/// differs by more, slowly, stiffness and damping only while the gain is known, because a force replaces them; it is
 /// held while nothing is determined.
 class Reidentifier {
  public:

@@ -13,7 +13,7 @@ namespace whirl::control {
   X(runout, 10e-6)    /* of a runout at 1x, m, */                                                      \
   X(across, 0.05)     /* and of the share of the force that acts across it: delay, coupling of axes */ \
   X(known, 0.25)      /* sd below this share of the bound: determined */                               \
-  X(differs, 2)       /* sd by which a number differs before the force is corrected for it, */         \
+  X(differs, 2.5)     /* sd by which a number differs before the force is corrected for it, */         \
   X(remains, 1)       /* and by which it goes on to */                                                 \
   X(memory, 0.1)      /* of the residual's mean square, per window */                                  \
   X(unlike, 9)        /* mean square of the residual that the equation's error does not explain */     \

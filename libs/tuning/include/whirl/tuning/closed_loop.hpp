@@ -42,7 +42,7 @@ struct ClosedLoopMetrics {
   std::uint32_t supervision = 0;               ///< every bit of the status word that stood (control/supervisor.hpp)
   double supervised = -1;                      ///< first time at which a bit stood, s; negative: never
   double watched_level = 0;                    ///< largest level that supervision saw after its first 0.3 s, m rms
-  control::Reidentification reidentification;  ///< at the end of the run
+  control::Reidentification reidentification;  ///< what it determined last
   Verdict verdict;                             ///< of the one judge, see verdict.hpp
   bool stable = true;                          ///< verdict.passed()
 };
