@@ -167,7 +167,7 @@ inline constexpr Rule kLost =
 inline constexpr Rule kHeldOutSeen =
     make::assumed(0.02, "the same of a part held out: worth a word", "less is seen in no plot");
 inline constexpr Rule kSlight = make::assumed(1e-3, "the same of its own records: no reason to distrust a model",
-                                              "a twentieth of kHeldOutSeen, which judges the prediction");
+                                              "a twentieth of kHeldOutSeen, the limit of a prediction");
 inline constexpr Rule kRegressionPoor = make::assumed(0.1, "the same of a left-hand side by regression alone",
                                                       "noise of a column biases by its square, a hundredth");
 inline constexpr Rule kSpringOpen =
