@@ -17,7 +17,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-OwnLaw read(const std::string& text, double sample_time = 1e-3) {
+OwnLaw law_of(const std::string& text, double sample_time = 1e-3) {
   return read_law(io::parse_json(R"({"schema": "whirl.law/1", )" + text + "}", "law.json"), "law.json", sample_time);
 }
 
@@ -39,7 +39,7 @@ TEST(LawFileReference, ALagIsItsBilinearClosedForm) {
   const double K = -4000, T = 0.02, h = 1e-3;
   for (const char* law :
        {R"("x": {"num": [-4000], "den": [0.02, 1]})", R"("x": {"A": [[-50]], "B": [1], "C": [-200000], "D": 0})"}) {
-    control::LinearAxis x = read(law, h).x;
+    control::LinearAxis x = law_of(law, h).x;
     const double pole = (2 * T - h) / (2 * T + h), first = K * h / (2 * T + h);
     for (int k = 0; k < 100; ++k) {
       const double expected = K - (K - first) * std::pow(pole, k);
@@ -70,7 +70,7 @@ TEST(LawFileReference, ATransferFunctionOfTheLargestOrderHasItsResponse) {
     return out;
   };
   const double h = 1e-4;
-  const OwnLaw law = read(fmt::format(R"("x": {{"num": [{}], "den": [{}]}})", list(num), list(den)), h);
+  const OwnLaw law = law_of(fmt::format(R"("x": {{"num": [{}], "den": [{}]}})", list(num), list(den)), h);
   EXPECT_EQ(law.x.order, 12);
   for (const double w : {2 * std::numbers::pi * 10, 2 * std::numbers::pi * 50, 2 * std::numbers::pi * 300}) {
     const Complex s{0, 2 / h * std::tan(0.5 * w * h)};
@@ -83,18 +83,18 @@ TEST(LawFileReference, ATransferFunctionOfTheLargestOrderHasItsResponse) {
 }
 
 TEST(LawFileUnit, AxesMayBeAloneAlikeOrCoupled) {
-  OwnLaw law = read(R"("sample_time_s": 0.001, "x": {"D": [-100, -2]}, "y": {"D": [[-300]]})");
+  OwnLaw law = law_of(R"("sample_time_s": 0.001, "x": {"D": [-100, -2]}, "y": {"D": [[-300]]})");
   EXPECT_EQ(law.x.step({1, 10, 100, 1000}), -300);
   EXPECT_EQ(law.y.step({1, 10, 100, 1000}), -3000);
   EXPECT_EQ(law.sample_time, 1e-3);
-  law = read(R"("D": [[1, 2, 3, 4], [5, 6, 7, 8]])");
+  law = law_of(R"("D": [[1, 2, 3, 4], [5, 6, 7, 8]])");
   EXPECT_EQ(law.x.step({1, 10, 100, 1000}), 4321);
   EXPECT_EQ(law.y.step({1, 10, 100, 1000}), 8765);
-  law = read(R"("sample_time_s": 0.001, "A": [[0.5, 0], [0, 0.25]], "B": [[1, 0], [0, 1]], "C": [[0, 1], [1, 0]])");
+  law = law_of(R"("sample_time_s": 0.001, "A": [[0.5, 0], [0, 0.25]], "B": [[1, 0], [0, 1]], "C": [[0, 1], [1, 0]])");
   law.x.step({1, 10, 0, 0}), law.y.step({1, 10, 0, 0});
   EXPECT_EQ(law.x.step({}), 10);
   EXPECT_EQ(law.y.step({}), 1);
-  law = read(R"("sample_time_s": 0.001, "x": {"num": [2, 1], "den": [1, -0.5]})");
+  law = law_of(R"("sample_time_s": 0.001, "x": {"num": [2, 1], "den": [1, -0.5]})");
   EXPECT_EQ(law.x.step({1, 0, 0, 0}), 2);
   EXPECT_EQ(law.x.step({}), 2);
 }
@@ -124,7 +124,7 @@ TEST(LawFileUnit, WhatIsWrongGivesOneErrorWithPlaceValueAndWhatIsAllowed) {
       {R"("x": 3)", {"$.x"}},
   };
   for (const auto& [text, parts] : cases) {
-    const std::string why = testing::error_of([&] { read(text); });
+    const std::string why = testing::error_of([&] { law_of(text); });
     EXPECT_NE(why.find("law.json"), std::string::npos) << text << ": " << why;
     for (const char* part : parts) EXPECT_NE(why.find(part), std::string::npos) << text << ": " << why;
   }

@@ -63,12 +63,12 @@ std::string modal() {
                      poles, residues);
 }
 
-LinearPlant read(const std::string& text) { return read_plant(io::parse_json(text, "plant.json"), "plant.json"); }
+LinearPlant plant_of(const std::string& text) { return read_plant(io::parse_json(text, "plant.json"), "plant.json"); }
 
 TEST(PlantFileProperty, MatricesInAnyStatesAndPolesGiveTheSameMachine) {
   for (const std::string& text : {state_space(1), state_space(2), state_space(3), modal()}) {
     EXPECT_TRUE(is_plant(io::parse_json(text, "plant.json")));
-    const LinearPlant p = read(text);
+    const LinearPlant p = plant_of(text);
     EXPECT_NEAR(p.rotor.natural_frequency() / (2 * std::numbers::pi), 11, 1e-6);
     EXPECT_NEAR(p.rotor.damping_ratio(), 0.01, 1e-8);
     EXPECT_NEAR(p.rotor.gain, 0.5, 1e-7);
@@ -87,7 +87,7 @@ TEST(PlantFileProperty, MatricesInAnyStatesAndPolesGiveTheSameMachine) {
 
 TEST(PlantFileProperty, APoleGivenInTwoPartsIsOneMode) {
   const auto with = [](const char* rest) {
-    return read(fmt::format(R"({{"schema": "whirl.plant/1", "eccentricity_m": 3e-4, {}}})", rest));
+    return plant_of(fmt::format(R"({{"schema": "whirl.plant/1", "eccentricity_m": 3e-4, {}}})", rest));
   };
   const LinearPlant whole = with(R"("poles": [[-1, 70]], "residues": [[0, -0.004]])"),
                     parts = with(R"("poles": [[-1, 70], [-1, 70]], "residues": [[0, -0.001], [0, -0.003]])");
@@ -96,7 +96,7 @@ TEST(PlantFileProperty, APoleGivenInTwoPartsIsOneMode) {
 }
 
 TEST(PlantFileE2e, ADesignOnAPlantFileIsCertified) {
-  const LinearPlant p = read(modal());
+  const LinearPlant p = plant_of(modal());
   IdentifiedModel model;
   model.rotor = p.rotor;
   DesignOptions o;
@@ -113,7 +113,7 @@ TEST(PlantFileE2e, ADesignOnAPlantFileIsCertified) {
 TEST(PlantFile, WhatIsNoPlantIsRefusedWithItsPlace) {
   const auto refused = [](const std::string& text, const char* place) {
     try {
-      read(text);
+      plant_of(text);
       ADD_FAILURE() << "taken: " << text;
     } catch (const Error& e) {
       EXPECT_NE(std::string(e.what()).find(place), std::string::npos) << e.what();
