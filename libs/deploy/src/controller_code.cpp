@@ -271,6 +271,7 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   part("/*@estimator_functions@*/\n");
   part(deploy_template("implicit_power.c"));
   part(deploy_template("structure.c"));
+  part(deploy_template("force_fit.c"));
   part(deploy_template("force_check.c"));
   part(deploy_template("supervisor.c"));
   part(deploy_template("reidentifier.c"));

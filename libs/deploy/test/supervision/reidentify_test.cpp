@@ -7,6 +7,7 @@
 
 #include "../fmu_fixture.hpp"
 #include "../step_difference.hpp"
+#include "supervised_design.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/deploy/languages.hpp"
 #include "whirl/testing/foreign_rig.hpp"
@@ -25,19 +26,9 @@ testing::ForeignMachine machine() {
 
 ControllerDesign design_for(const char* law, const char* estimator, int reidentify) {
   const testing::ForeignMachine m = machine();
-  ControllerDesign d;
-  d.law = law;
-  d.estimator = estimator;
-  d.model.k1 = m.stiffness / m.mass;
-  d.model.k2 = m.cubic / m.mass;
-  d.model.c = m.damping / m.mass;
+  ControllerDesign d = supervised_design(m, law, estimator);
   d.model.k1_conj = {0.003 * d.model.k1, 0.001 * d.model.k1};
-  d.model.gain = 1 / m.mass;
-  d.model.eps = std::polar(m.unbalance, m.unbalance_angle);
-  d.sample_time = testing::ForeignRig::kTick;
-  d.delay = m.age + m.delay + m.lag;
-  d.force_limit = m.force_limit;
-  d.parameters = {{"sensor_delay", m.age}, {"supervise", 1}, {"watch_level", 60e-6}, {"reidentify", reidentify}};
+  d.parameters["reidentify"] = reidentify;
   if (d.law == "pd") d.parameters["kp"] = 0.1 * d.model.k1, d.parameters["kd"] = 0.3 * m.critical();
   if (d.estimator == "kalman") d.parameters["predict"] = 1, d.parameters["slew_limit"] = 4e3;
   return d;

@@ -8,24 +8,14 @@
 #include <vector>
 
 #include "../step_difference.hpp"
+#include "supervised_design.hpp"
 #include "whirl/testing/foreign_rig.hpp"
 
 namespace whirl::deploy {
 namespace {
 
 ControllerDesign design_for(const testing::ForeignMachine& m, const char* law, const char* estimator) {
-  ControllerDesign d;
-  d.law = law;
-  d.estimator = estimator;
-  d.model.k1 = m.stiffness / m.mass;
-  d.model.k2 = m.cubic / m.mass;
-  d.model.c = m.damping / m.mass;
-  d.model.gain = 1 / m.mass;
-  d.model.eps = std::polar(m.unbalance, m.unbalance_angle);
-  d.sample_time = testing::ForeignRig::kTick;
-  d.delay = m.age + m.delay + m.lag;
-  d.force_limit = m.force_limit;
-  d.parameters = {{"sensor_delay", m.age}, {"supervise", 1}, {"watch_level", 60e-6}};
+  ControllerDesign d = supervised_design(m, law, estimator);
   // tsmc_paper: nothing but its feedback carries the unbalance
   if (d.law.starts_with("pd_") || d.law == "tsmc_paper") d.feedforward = false;
   return d;
