@@ -9,7 +9,6 @@
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify_rotor.hpp"
 #include "whirl/identify/paper.hpp"
-#include "whirl/identify/second_order.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/testing/zoo.hpp"
 
@@ -156,7 +155,11 @@ TEST(IllPosedSecondOrder, IsDiagnosed) {
   for (const Spoiler& s : spoilers) {
     Recording r = good_general();
     s.spoil(r);
-    const std::string text = diagnosis([&] { return identify_second_order(r, {.output = "x"}); });
+    SindyOptions o;
+    o.states = {"x"};
+    o.inputs = {"u"};
+    o.order = 2;
+    const std::string text = diagnosis([&] { return fit_sindy({r}, o); });
     EXPECT_NE(text.find(s.reason), std::string::npos) << s.name << ": '" << text << "'";
   }
 }
