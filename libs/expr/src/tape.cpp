@@ -200,10 +200,12 @@ Eigen::MatrixXd Tape::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& variable
 }
 
 /// Sorts the steps by what they need and then by operation, so that a point runs through long loops of one operation.
+/// Those that need no moving variable come first.
 void Tape::group() {
   const std::size_t fixed = variables_.size() + constants_.size(), n = steps_.size();
   if (fixed + n > kMaxSlots) return;
   struct Place {
+    bool moves;
     std::uint32_t level;
     Op op;
     bool pair;
@@ -212,14 +214,17 @@ void Tape::group() {
   };
   std::vector<Place> order;
   std::vector<std::uint32_t> level(n, 0);
+  std::vector<char> moves(n, 0);
   for (std::uint32_t i = 0; i < n; ++i) {
-    for (const std::uint32_t operand : {steps_[i].a, steps_[i].b})
+    for (const std::uint32_t operand : {steps_[i].a, steps_[i].b}) {
+      moves[i] |= operand < fixed ? operand < moving_ : moves[operand - fixed];
       if (operand >= fixed) level[i] = std::max(level[i], level[operand - fixed] + 1);
+    }
     const bool second = !order.empty() && order.back().pair && order.back().step + 1 == i;
     if (second) continue;  // the cosine of the sine before
     const bool pair =
         i + 1 < n && steps_[i].op == Op::sin && steps_[i + 1].op == Op::cos && steps_[i + 1].a == steps_[i].a;
-    order.push_back({level[i], steps_[i].op, pair, i});
+    order.push_back({moves[i] != 0, level[i], steps_[i].op, pair, i});
   }
   std::ranges::sort(order);
   std::vector<std::uint32_t> slot(fixed + n);
@@ -227,8 +232,12 @@ void Tape::group() {
   auto next = static_cast<std::uint32_t>(fixed);
   for (std::size_t k = 0; k < order.size(); ++k) {
     const Place& p = order[k];
-    const bool same = k > 0 && order[k - 1].level == p.level && order[k - 1].op == p.op && order[k - 1].pair == p.pair;
-    if (!same) groups_.push_back({p.op, p.pair, 0});
+    const bool same = k > 0 && order[k - 1].moves == p.moves && order[k - 1].level == p.level &&
+                      order[k - 1].op == p.op && order[k - 1].pair == p.pair;
+    if (!same) {
+      groups_.push_back({p.op, p.pair, 0, static_cast<std::uint32_t>(operands_.size()), next});
+      if (!p.moves) held_ = groups_.size();
+    }
     ++groups_.back().count;
     operands_.push_back({slot[steps_[p.step].a], slot[steps_[p.step].b]});
     slot[fixed + p.step] = next++;
@@ -237,25 +246,12 @@ void Tape::group() {
   for (const std::uint32_t o : outputs_) results_.push_back(slot[o]);
 }
 
-void Tape::evaluate_point(const double* in, double* out) const noexcept {
-  double slot[kMaxSlots];
-  std::copy_n(in, variables_.size(), slot);
-  std::copy_n(constants_.data(), constants_.size(), slot + variables_.size());
-  if (groups_.empty()) {  // too many steps for slots of their own, or none
-    for (const Instruction& i : code_) {
-      if (i.cosine != kNone)
-        sine_cosine(slot + i.a, slot + i.to, slot + i.cosine, 1);
-      else
-        slot[i.to] = apply(i.op, slot[i.a], slot[i.b]);
-    }
-    for (const Copy& c : copies_) slot[c.to] = slot[c.from];
-    std::copy_n(slot + variables_.size() + constants_.size() + registers_, outputs_.size(), out);
-    return;
-  }
-  const Operands* p = operands_.data();
-  double* to = slot + variables_.size() + constants_.size();
-  for (const Group& group : groups_) {
+void Tape::run(std::size_t first, std::size_t last, double* slot) const noexcept {
+  for (std::size_t g = first; g < last; ++g) {
+    const Group& group = groups_[g];
+    const Operands* p = operands_.data() + group.first;
     const Operands* const end = p + group.count;
+    double* to = slot + group.to;
     switch (group.op) {
       case Op::mul:
         for (; p != end; ++p) *to++ = slot[p->a] * slot[p->b];
@@ -273,7 +269,39 @@ void Tape::evaluate_point(const double* in, double* out) const noexcept {
           for (; p != end; ++p) *to++ = apply(group.op, slot[p->a], slot[p->b]);
     }
   }
+}
+
+void Tape::evaluate_point(const double* in, double* out) const noexcept {
+  double slot[kMaxSlots];
+  std::copy_n(in, variables_.size(), slot);
+  std::copy_n(constants_.data(), constants_.size(), slot + variables_.size());
+  if (groups_.empty()) {  // too many steps for slots of their own, or none
+    for (const Instruction& i : code_) {
+      if (i.cosine != kNone)
+        sine_cosine(slot + i.a, slot + i.to, slot + i.cosine, 1);
+      else
+        slot[i.to] = apply(i.op, slot[i.a], slot[i.b]);
+    }
+    for (const Copy& c : copies_) slot[c.to] = slot[c.from];
+    std::copy_n(slot + variables_.size() + constants_.size() + registers_, outputs_.size(), out);
+    return;
+  }
+  run(0, groups_.size(), slot);
   for (const std::uint32_t r : results_) *out++ = slot[r];
+}
+
+void Tape::hold(const double* held, std::vector<double>& slots) const {
+  slots.resize(variables_.size() + constants_.size() + steps_.size());
+  std::copy_n(held, variables_.size() - moving_, slots.begin() + static_cast<std::ptrdiff_t>(moving_));
+  std::ranges::copy(constants_, slots.begin() + static_cast<std::ptrdiff_t>(variables_.size()));
+  run(0, held_, slots.data());
+}
+
+void Tape::evaluate_held(const double* moving, std::vector<double>& slots, double* out) const noexcept {
+  std::copy_n(moving, moving_, slots.begin());
+  if (groups_.empty()) return evaluate_point(slots.data(), out);
+  run(held_, groups_.size(), slots.data());
+  for (const std::uint32_t r : results_) *out++ = slots[r];
 }
 
 }  // namespace whirl::expr

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -165,12 +166,13 @@ class Emitter {
 
 }  // namespace
 
-Tape compile(const std::vector<Expr>& terms, const std::vector<std::string>& variables) {
+Tape compile(const std::vector<Expr>& terms, const std::vector<std::string>& variables, std::size_t moving) {
   Emitter emitter(terms, variables);
   std::vector<Emitter::Ref> results;
   for (const Expr& term : terms) results.push_back(emitter.emit(term));
   Tape tape;
   tape.variables_ = variables;
+  tape.moving_ = std::min(moving, variables.size());
   tape.constants_ = emitter.constants();
   const auto number = [&](Emitter::Ref ref) {
     const std::size_t base = ref.kind == Emitter::Ref::variable   ? 0

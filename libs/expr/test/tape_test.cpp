@@ -60,6 +60,9 @@ TEST(TapeProperty, BlocksPointsAndTreesAgree) {
     for (int k = 0; k < 12; ++k) terms.push_back(Expr::parse(testing::random_term(rng, 4)));
     const std::vector<std::string> names = {"X1", "X2", "X3", "t"};
     const Tape tape = compile(terms, names);
+    const std::size_t moving = static_cast<std::size_t>(round) % 5;
+    const Tape holding = compile(terms, names, moving);
+    std::vector<double> slots;
     // A view into a larger matrix: columns are not adjacent; the number of rows leaves a partial block.
     const Eigen::MatrixXd all = random_matrix(700, 4, static_cast<unsigned>(round));
     const Eigen::Ref<const Eigen::MatrixXd> in = all.middleRows(20, 521);
@@ -70,7 +73,14 @@ TEST(TapeProperty, BlocksPointsAndTreesAgree) {
       const Eigen::RowVector4d row = in.row(i);
       double point[12];
       tape.evaluate_point(row.data(), point);
+      double held[12];
+      holding.hold(row.data() + moving, slots);
+      for (const double by : {1.5, 0.0}) {  // the last of several points
+        const Eigen::RowVector4d moved = row.array() + by;
+        holding.evaluate_held(moved.data(), slots, held);
+      }
       for (int k = 0; k < 12; ++k) {
+        EXPECT_EQ(held[k], point[k]) << moving << " moving: " << terms[static_cast<std::size_t>(k)].str();
         EXPECT_EQ(point[k], out(10 + i, k)) << terms[static_cast<std::size_t>(k)].str();
         const double tree = evaluate(terms[static_cast<std::size_t>(k)],
                                      {{"X1", row[0]}, {"X2", row[1]}, {"X3", row[2]}, {"t", row[3]}});

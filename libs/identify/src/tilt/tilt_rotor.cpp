@@ -11,6 +11,7 @@
 #include "tilt/tilt_trajectory.hpp"
 #include "validate/free_run_errors.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/parallel.hpp"
 #include "whirl/identify/trajectory.hpp"
 #include "whirl/rotor/simulate.hpp"
 
@@ -229,17 +230,25 @@ std::optional<IdentifiedModel> fit_tilt_rotor(const RotorRecord& record, const R
   const double top = record.speed_high();
   std::optional<TrajectoryFit> best;
   // Upper by lower frequency, and a thick disc (a roll) before a thin one.
-  for (const auto& [ratio, thin] : {std::pair(1.4, 0.1), {1.9, 0.1}, {2.6, 0.1}, {4.5, 1.8}}) {
+  constexpr std::array<std::pair<double, double>, 4> kStarts{{{1.4, 0.1}, {1.9, 0.1}, {2.6, 0.1}, {4.5, 1.8}}};
+  std::array<TrajectoryFit, kStarts.size()> fits;
+  const auto run = [&](int i) {
+    const auto [ratio, thin] = kStarts[static_cast<std::size_t>(i)];
     const double stiffness = ratio * ratio * start.k1, coupling = 0.3 * start.k1, damping = std::max(0.1, start.c);
-    TrajectoryFit fit =
+    fits[static_cast<std::size_t>(i)] =
         fit_from(record,
                  {start.k1 + coupling * coupling / stiffness, start.k2, damping, coupling, start.eps.real(),
                   start.eps.imag(), stiffness, damping, thin, 0, 0, start.offset.real(), start.offset.imag()},
                  std::max(top, ratio * std::sqrt(start.k1)), limits);
-    if (fit.diverged || !std::isfinite(fit.rmse) || !fit.covariance.allFinite()) continue;
+  };
+  const auto take = [&](int i) {
+    TrajectoryFit& fit = fits[static_cast<std::size_t>(i)];
+    if (fit.diverged || !std::isfinite(fit.rmse) || !fit.covariance.allFinite()) return;
     if (!best || fit.rmse < best->rmse) best = std::move(fit);
-    if (best->rmse < kFollows) break;
-  }
+  };
+  parallel_trials(
+      static_cast<int>(kStarts.size()), static_cast<int>(kStarts.size()), [&] { return best && best->rmse < kFollows; },
+      run, take);
   return best ? model_of(*best, record) : std::nullopt;
 }
 

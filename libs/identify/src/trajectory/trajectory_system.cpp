@@ -3,8 +3,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "whirl/core/error.hpp"
+#include "whirl/core/wide_registers.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -71,7 +73,7 @@ TrajectorySystem::TrajectorySystem(const TrajectoryModel& model, const std::vect
       for (std::size_t d = 0; d < delayed_.size(); ++d)
         differentiate(model.inputs[delayed_[d]], static_cast<Eigen::Index>(d), *by_input);
     }
-    return expr::compile(list, names);
+    return expr::compile(list, names, static_cast<std::size_t>(n_ + m_));
   };
   rates_ = compile(model.rates, by_state_, by_parameter_, &by_input_);
   outputs_ = compile(model.outputs, seen_by_state_, seen_by_parameter_, nullptr);
@@ -82,7 +84,14 @@ TrajectorySystem::TrajectorySystem(const TrajectoryModel& model, const std::vect
   jacobian_.setZero(n_, n_);
   seen_.setZero(q_, n_);
   const Eigen::Index own = p_ + delays();
-  forcing_.setZero(own, n_);
+  lanes_ = (own + n_ + kRegisterWidth - 1) / kRegisterWidth * kRegisterWidth;
+  row_.resize(model.states.size());
+  for (std::size_t k = 0; k < by_state_.size(); ++k)
+    row_[static_cast<std::size_t>(by_state_[k].row)].emplace_back(by_state_[k].column, static_cast<Eigen::Index>(k));
+  for (Stage& s : stages_) {
+    s.by_state.setZero(static_cast<Eigen::Index>(by_state_.size()));
+    s.forcing.setZero(lanes_, n_);
+  }
   seen_parameter_.setZero(own, q_);
   set_unknowns(unknowns());
 }
@@ -101,6 +110,8 @@ void TrajectorySystem::set_unknowns(const Eigen::VectorXd& values) {
     dead_[static_cast<Eigen::Index>(delayed_[static_cast<std::size_t>(d)])] = values[p_ + d];
   for (std::size_t k = 0; k < model_.parameters.size(); ++k)
     in_[n_ + m_ + static_cast<Eigen::Index>(k)] = model_.parameters[k].value;
+  rates_.hold(in_.data() + n_ + m_, rate_slots_);
+  outputs_.hold(in_.data() + n_ + m_, output_slots_);
 }
 
 std::pair<Eigen::VectorXd, Eigen::VectorXd> TrajectorySystem::limits(double most_dead_time) const {
@@ -152,24 +163,68 @@ void TrajectorySystem::set_steps(const std::vector<TrajectoryRecord>& records, c
 
 void TrajectorySystem::rate(const Eigen::VectorXd& x, bool sensitive) {
   in_.head(n_) = x;
-  rates_.evaluate_point(in_.data(), out_.data());
+  rates_.evaluate_held(in_.data(), rate_slots_, out_.data());
   dx_ = out_.head(n_);
   if (!sensitive) return;
   Eigen::Index at = n_;
   for (const Entry& e : by_state_) jacobian_(e.row, e.column) = out_[at++];
-  for (const Entry& e : by_parameter_) forcing_(e.column, e.row) = out_[at++];
 }
 
-void TrajectorySystem::slope(const State& at, bool sensitive, State& out) {
-  rate(at.x, sensitive);
-  out.x = dx_;
+/// The rates at in_, at the beginning, middle or end (c = 0, 1, 2) of a step.
+void TrajectorySystem::stage(const TrajectoryRecord& record, const HeldStep& step, int c, bool sensitive, Stage& out) {
+  rates_.evaluate_held(in_.data(), rate_slots_, out_.data());
+  out.rates = out_.head(n_);
   if (!sensitive) return;
-  const Eigen::Index own = forcing_.rows();
-  for (Eigen::Index i = 0; i < n_; ++i) {
-    out.s.col(i).head(own) = forcing_.col(i);
-    out.s.col(i).tail(n_).setZero();
+  out.by_state = out_.segment(n_, out.by_state.size());
+  Eigen::Index o = n_ + out.by_state.size();
+  for (const Entry& e : by_parameter_) out.forcing(e.column, e.row) = out_[o++];
+  for (const Entry& e : by_input_) {  // -df/du u' of smooth inputs
+    const std::size_t j = delayed_[static_cast<std::size_t>(e.column)];
+    const double at = step.begin + (hold_[j] == Hold::first ? 0.5 : 0.5 * c) * step.length;
+    const double du = record.inputs[j].slope(at - dead_[static_cast<Eigen::Index>(j)] / record.dt) / record.dt;
+    out.forcing(p_ + e.column, e.row) = -out_[o++] * du;
   }
-  for (const Entry& e : by_state_) out.s.col(e.row) += jacobian_(e.row, e.column) * at.s.col(e.column);
+}
+
+/// Runge-Kutta step of the sensitivities, s' = J s + forcing with J and forcing of the four stages; one register of
+/// unknowns after the other.
+void TrajectorySystem::advance(double h, Eigen::MatrixXd& s) const {
+  struct Lane {
+    Register v;
+  };
+  const auto n = static_cast<std::size_t>(n_);
+  std::vector<Lane> work(5 * n);
+  Lane *start = work.data(), *state = start + n, *rate = state + n, *ends = rate + n, *middle = ends + n;
+  const auto load = [](const double* from) {
+    Register v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+  };
+  const double to_next[] = {0.5 * h, 0.5 * h, h};
+  on_wide_registers([&] {
+    for (Eigen::Index lane = 0; lane < lanes_; lane += kRegisterWidth) {
+      for (std::size_t i = 0; i < n; ++i)
+        start[i].v = state[i].v = load(s.data() + static_cast<Eigen::Index>(i) * lanes_ + lane);
+      for (std::size_t k = 0; k < stages_.size(); ++k) {
+        const Stage& at = stages_[k];
+        for (std::size_t i = 0; i < n; ++i) {
+          rate[i].v = load(at.forcing.data() + static_cast<Eigen::Index>(i) * lanes_ + lane);
+          for (const auto& [column, place] : row_[i]) rate[i].v += at.by_state[place] * state[column].v;
+        }
+        for (std::size_t i = 0; i < n; ++i) {
+          if (k == 0) ends[i].v = rate[i].v;
+          if (k == 1) middle[i].v = rate[i].v;
+          if (k == 2) middle[i].v += rate[i].v;
+          if (k == 3) ends[i].v += rate[i].v;
+          if (k < 3) state[i].v = start[i].v + to_next[k] * rate[i].v;
+        }
+      }
+      for (std::size_t i = 0; i < n; ++i) {
+        const Register end = start[i].v + h / 6 * (ends[i].v + 2 * middle[i].v);
+        std::memcpy(s.data() + static_cast<Eigen::Index>(i) * lanes_ + lane, &end, sizeof end);
+      }
+    }
+  });
 }
 
 void TrajectorySystem::step(const TrajectoryRecord& record, const HeldStep& step, bool sensitive, State& at) {
@@ -189,33 +244,16 @@ void TrajectorySystem::step(const TrajectoryRecord& record, const HeldStep& step
   if (time_) {
     for (int c = 0; c < 3; ++c) u(m_ - 1, c) = record.t0 + (step.begin + 0.5 * c * step.length) * record.dt;
   }
-  const auto stage = [&](int c, State& out) {
+  in_.head(n_) = at.x;
+  for (int k = 0; k < 4; ++k) {
+    const int c = (k + 1) / 2;
     in_.segment(n_, m_) = u.col(c);
-    slope(stage_, sensitive, out);
-    if (!sensitive || by_input_.empty()) return;  // else -df/du u' of smooth inputs
-    Eigen::Index o = n_ + static_cast<Eigen::Index>(by_state_.size() + by_parameter_.size());
-    for (const Entry& e : by_input_) {
-      const std::size_t j = delayed_[static_cast<std::size_t>(e.column)];
-      const double at_c = hold_[j] == Hold::first ? middle : step.begin + 0.5 * c * step.length;
-      const double du = record.inputs[j].slope(at_c - dead_[static_cast<Eigen::Index>(j)] / record.dt) / record.dt;
-      out.s(p_ + e.column, e.row) -= out_[o++] * du;
-    }
-  };
-  stage_.x = at.x;
-  if (sensitive) stage_.s = at.s;
-  stage(0, k1_);
-  const auto move = [&](double by, const State& k) {
-    stage_.x = at.x + by * k.x;
-    if (sensitive) stage_.s = at.s + by * k.s;
-  };
-  move(0.5 * h, k1_);
-  stage(1, k2_);
-  move(0.5 * h, k2_);
-  stage(1, k3_);
-  move(h, k3_);
-  stage(2, k4_);
-  at.x += h / 6 * (k1_.x + 2 * (k2_.x + k3_.x) + k4_.x);
-  if (sensitive) at.s += h / 6 * (k1_.s + 2 * (k2_.s + k3_.s) + k4_.s);
+    Stage& now = stages_[static_cast<std::size_t>(k)];
+    stage(record, step, c, sensitive, now);
+    if (k < 3) in_.head(n_) = at.x + (k < 2 ? 0.5 * h : h) * now.rates;
+  }
+  at.x += h / 6 * (stages_[0].rates + 2 * (stages_[1].rates + stages_[2].rates) + stages_[3].rates);
+  if (sensitive) advance(h, at.s);
 }
 
 void TrajectorySystem::jump(const TrajectoryRecord& record, const HeldStep& step, State& at) {
@@ -239,7 +277,7 @@ void TrajectorySystem::jump(const TrajectoryRecord& record, const HeldStep& step
 void TrajectorySystem::look(const TrajectoryRecord& record, double at, const Eigen::VectorXd& x, bool sensitive) {
   load_inputs(record, at);
   in_.head(n_) = x;
-  outputs_.evaluate_point(in_.data(), out_.data());
+  outputs_.evaluate_held(in_.data(), output_slots_, out_.data());
   y_ = out_.head(q_);
   if (!sensitive) return;
   Eigen::Index o = q_;
@@ -272,11 +310,11 @@ void TrajectorySystem::add_run(const Eigen::MatrixXd& normal, const Eigen::Vecto
                                TrajectorySums& sums) const {
   const Eigen::Index own = p_ + delays(), here = own + n_ * static_cast<Eigen::Index>(run);
   sums.normal.topLeftCorner(own, own) += normal.topLeftCorner(own, own);
-  sums.normal.block(here, here, n_, n_) += normal.bottomRightCorner(n_, n_);
-  sums.normal.block(here, 0, n_, own) += normal.bottomLeftCorner(n_, own);
-  sums.normal.block(0, here, own, n_) += normal.topRightCorner(own, n_);
+  sums.normal.block(here, here, n_, n_) += normal.block(own, own, n_, n_);
+  sums.normal.block(here, 0, n_, own) += normal.block(own, 0, n_, own);
+  sums.normal.block(0, here, own, n_) += normal.block(0, own, own, n_);
   sums.gradient.head(own) += gradient.head(own);
-  sums.gradient.segment(here, n_) += gradient.tail(n_);
+  sums.gradient.segment(here, n_) += gradient.segment(own, n_);
 }
 
 void TrajectorySystem::join(const std::vector<TrajectoryRun>& runs, const std::vector<TrajectoryRun>& given,
@@ -297,7 +335,7 @@ void TrajectorySystem::join(const std::vector<TrajectoryRun>& runs, const std::v
     sums.objective += residual * residual;
     Eigen::VectorXd row = Eigen::VectorXd::Zero(sums.gradient.size());
     row.head(own) = gap * end.s.col(k).head(own);
-    row.segment(here, n_) = gap * end.s.col(k).tail(n_);
+    row.segment(here, n_) = gap * end.s.col(k).segment(own, n_);
     row[here + n_ + k] -= gap;
     sums.normal.noalias() += row * row.transpose();
     sums.gradient += residual * row;
@@ -307,19 +345,15 @@ void TrajectorySystem::join(const std::vector<TrajectoryRun>& runs, const std::v
 TrajectorySums TrajectorySystem::run(const std::vector<TrajectoryRecord>& records,
                                      const std::vector<TrajectoryRun>& runs, const std::vector<TrajectoryRun>& given,
                                      const TrajectoryWeights& weights) {
-  const Eigen::Index own = p_ + delays(), local = own + n_;
+  const Eigen::Index own = p_ + delays();
   const Eigen::Index total = own + n_ * static_cast<Eigen::Index>(runs.size());
   TrajectorySums sums;
   sums.normal.setZero(total, total);
   sums.gradient.setZero(total);
   sums.cost_of.setZero(q_);
   sums.rows_of.setZero(q_);
-  for (State* s : {&k1_, &k2_, &k3_, &k4_, &stage_}) {
-    s->x.setZero(n_);
-    s->s.setZero(local, n_);
-  }
   constexpr Eigen::Index batch = 64;
-  Eigen::MatrixXd rows(local, batch * std::max<Eigen::Index>(1, q_));
+  Eigen::MatrixXd rows(lanes_, batch * std::max<Eigen::Index>(1, q_));
   Eigen::VectorXd residuals(rows.cols());
   State at;
   for (std::size_t r = 0; r < runs.size(); ++r) {
@@ -328,8 +362,8 @@ TrajectorySums TrajectorySystem::run(const std::vector<TrajectoryRecord>& record
     const bool joined = weights.gap.size() > 0 && r + 1 < runs.size() && runs[r + 1].record == run.record &&
                         runs[r + 1].first == run.first + run.count;
     const Eigen::Index last = run.count + (joined ? 1 : 0);
-    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(local, local);
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(local);
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(lanes_, lanes_);
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(lanes_);
     Eigen::Index filled = 0, i = 0;
     const auto flush = [&] {
       if (filled == 0) return;
@@ -359,8 +393,8 @@ TrajectorySums TrajectorySystem::run(const std::vector<TrajectoryRecord>& record
       return true;
     };
     at.x = run.start;
-    at.s.setZero(local, n_);
-    at.s.bottomRows(n_).setIdentity();
+    at.s.setZero(lanes_, n_);
+    at.s.middleRows(own, n_).setIdentity();
     bool good = true;
     for (const HeldStep& s : held_steps(record.inputs, dead_samples(record.dt), run.first, last, substeps_)) {
       if (s.sample) {

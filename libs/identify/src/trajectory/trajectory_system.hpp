@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -62,11 +63,17 @@ class TrajectorySystem {
   };
   struct State {
     Eigen::VectorXd x;
-    Eigen::MatrixXd s;  // unknowns x states
+    Eigen::MatrixXd s;  // lanes x states: parameters, dead times, start, then zeros up to whole registers
+  };
+  /// What a stage of a step knows of the rates.
+  struct Stage {
+    Eigen::VectorXd rates, by_state;  // the latter as by_state_ lists them
+    Eigen::MatrixXd forcing;          // lanes x states
   };
   void load_inputs(const TrajectoryRecord& record, double at);
   void rate(const Eigen::VectorXd& x, bool sensitive);
-  void slope(const State& at, bool sensitive, State& out);
+  void stage(const TrajectoryRecord& record, const HeldStep& step, int c, bool sensitive, Stage& out);
+  void advance(double h, Eigen::MatrixXd& s) const;
   void step(const TrajectoryRecord& record, const HeldStep& step, bool sensitive, State& at);
   void jump(const TrajectoryRecord& record, const HeldStep& step, State& at);
   void look(const TrajectoryRecord& record, double at, const Eigen::VectorXd& x, bool sensitive);
@@ -80,17 +87,19 @@ class TrajectorySystem {
 
   TrajectoryModel model_;
   int substeps_;
-  Eigen::Index n_, m_, p_ = 0, q_;
+  Eigen::Index n_, m_, p_ = 0, q_, lanes_ = 0;
   std::vector<std::size_t> free_;     // parameters
   std::vector<std::size_t> delayed_;  // inputs
   std::vector<Hold> hold_;
   Eigen::VectorXd dead_;  // s, per input
   bool time_ = false;
   expr::Tape rates_, outputs_;
+  std::vector<double> rate_slots_, output_slots_;  // of the tapes at the present parameters
   std::vector<Entry> by_state_, by_parameter_, by_input_, seen_by_state_, seen_by_parameter_;
+  std::vector<std::vector<std::pair<Eigen::Index, Eigen::Index>>> row_;  // of by_state_: column and place
   Eigen::VectorXd in_, out_, dx_, y_;
-  Eigen::MatrixXd jacobian_, forcing_, seen_, seen_parameter_;
-  State k1_, k2_, k3_, k4_, stage_;
+  Eigen::MatrixXd jacobian_, seen_, seen_parameter_;
+  std::array<Stage, 4> stages_;
 };
 
 }  // namespace whirl::identification::detail

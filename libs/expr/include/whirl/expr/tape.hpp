@@ -49,6 +49,12 @@ class Tape {
   /// One point: `in` has n_variables() values, `out` takes n_outputs(). No allocation. `in` and `out` may not overlap.
   void evaluate_point(const double* in, double* out) const noexcept;
 
+  /// Many points that differ in the first `moving` variables of compile() alone: hold() takes the values of the others
+  /// and works out what follows from them, evaluate_held() the rest, with the bits of evaluate_point. `slots` is theirs
+  /// between the calls; no allocation after the first hold().
+  void hold(const double* held, std::vector<double>& slots) const;
+  void evaluate_held(const double* moving, std::vector<double>& slots, double* out) const noexcept;
+
   std::size_t n_variables() const { return variables_.size(); }
   std::size_t n_outputs() const { return outputs_.size(); }
   const std::vector<std::string>& variables() const { return variables_; }
@@ -82,29 +88,35 @@ class Tape {
     Op op;
     bool sine_cosine;  ///< each has two results
     std::uint32_t count;
+    std::uint32_t first, to;  ///< of its operands, and of the slots of its results
   };
   struct Operands {
     std::uint32_t a, b;
   };
-  friend Tape compile(const std::vector<Expr>&, const std::vector<std::string>&);
+  friend Tape compile(const std::vector<Expr>&, const std::vector<std::string>&, std::size_t);
   void allocate();
   void group();
+  void run(std::size_t first, std::size_t last, double* slot) const noexcept;
 
   std::vector<std::string> variables_;
   std::vector<double> constants_;
   std::vector<Step> steps_;
   std::vector<std::uint32_t> outputs_;
+  std::size_t moving_ = 0;  // variables
   std::vector<Instruction> code_;
   std::vector<Copy> copies_;
   std::uint32_t registers_ = 0;
   // For one point: every step has a slot of its own, in this order.
   std::vector<Group> groups_;
+  std::size_t held_ = 0;  // first groups, which need none of the moving variables
   std::vector<Operands> operands_;
   std::vector<std::uint32_t> results_;  // slots of the outputs
 };
 
-/// Compiles `terms` for evaluation in `variables` (column order). Throws Error when a term uses another name, naming
-/// those allowed, or when the tape would need more than 4096 slots.
-Tape compile(const std::vector<Expr>& terms, const std::vector<std::string>& variables);
+/// Compiles `terms` for evaluation in `variables` (column order); those from `moving` on may be held
+/// (Tape::hold). Throws Error when a term uses another name, naming those allowed, or when the tape would need more
+/// than 4096 slots.
+Tape compile(const std::vector<Expr>& terms, const std::vector<std::string>& variables,
+             std::size_t moving = static_cast<std::size_t>(-1));
 
 }  // namespace whirl::expr
