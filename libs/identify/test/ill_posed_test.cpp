@@ -148,7 +148,6 @@ TEST(IllPosedSecondOrder, IsDiagnosed) {
       {"constant input", [](Recording& r) { channel(r, "u").samples.setConstant(2.0); }, "constant"},
       {"output is the input", [](Recording& r) { channel(r, "u").samples = channel(r, "x").samples; }, "same signal"},
       {"10 samples", [](Recording& r) { keep(r, 10); }, "samples"},
-      {"NaN", [](Recording& r) { channel(r, "x").samples[7] = std::nan(""); }, "nan"},
       {"1e-300 scale", [](Recording& r) { channel(r, "x").samples *= 1e-300; }, "range of numbers"},
       {"all zero", [](Recording& r) { channel(r, "u").samples.setZero(); }, "zero"},
   };

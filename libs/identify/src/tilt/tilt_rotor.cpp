@@ -246,9 +246,11 @@ std::optional<IdentifiedModel> fit_tilt_rotor(const RotorRecord& record, const R
     if (fit.diverged || !std::isfinite(fit.rmse) || !fit.covariance.allFinite()) return;
     if (!best || fit.rmse < best->rmse) best = std::move(fit);
   };
+  run(0);  // the likeliest one alone
+  take(0);
   parallel_trials(
-      static_cast<int>(kStarts.size()), static_cast<int>(kStarts.size()), [&] { return best && best->rmse < kFollows; },
-      run, take);
+      static_cast<int>(kStarts.size()) - 1, static_cast<int>(kStarts.size()),
+      [&] { return best && best->rmse < kFollows; }, [&](int i) { run(i + 1); }, [&](int i) { take(i + 1); });
   return best ? model_of(*best, record) : std::nullopt;
 }
 

@@ -6,7 +6,6 @@
 #include <cstring>
 
 #include "whirl/core/error.hpp"
-#include "whirl/core/wide_registers.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -85,9 +84,13 @@ TrajectorySystem::TrajectorySystem(const TrajectoryModel& model, const std::vect
   seen_.setZero(q_, n_);
   const Eigen::Index own = p_ + delays();
   lanes_ = (own + n_ + kRegisterWidth - 1) / kRegisterWidth * kRegisterWidth;
-  row_.resize(model.states.size());
-  for (std::size_t k = 0; k < by_state_.size(); ++k)
-    row_[static_cast<std::size_t>(by_state_[k].row)].emplace_back(by_state_[k].column, static_cast<Eigen::Index>(k));
+  for (Eigen::Index i = 0; i < n_; ++i) {
+    for (std::size_t k = 0; k < by_state_.size(); ++k)
+      if (by_state_[k].row == i) of_rows_.emplace_back(by_state_[k].column, static_cast<Eigen::Index>(k));
+    row_ends_.push_back(of_rows_.size());
+  }
+  work_.resize(5 * model.states.size());
+  acting_.setZero(m_, 3);
   for (Stage& s : stages_) {
     s.by_state.setZero(static_cast<Eigen::Index>(by_state_.size()));
     s.forcing.setZero(lanes_, n_);
@@ -188,28 +191,27 @@ void TrajectorySystem::stage(const TrajectoryRecord& record, const HeldStep& ste
 
 /// Runge-Kutta step of the sensitivities, s' = J s + forcing with J and forcing of the four stages; one register of
 /// unknowns after the other.
-void TrajectorySystem::advance(double h, Eigen::MatrixXd& s) const {
-  struct Lane {
-    Register v;
-  };
+void TrajectorySystem::advance(double h, Eigen::MatrixXd& s) {
   const auto n = static_cast<std::size_t>(n_);
-  std::vector<Lane> work(5 * n);
-  Lane *start = work.data(), *state = start + n, *rate = state + n, *ends = rate + n, *middle = ends + n;
+  Lane *start = work_.data(), *state = start + n, *rate = state + n, *ends = rate + n, *middle = ends + n;
   const auto load = [](const double* from) {
     Register v;
     std::memcpy(&v, from, sizeof v);
     return v;
   };
   const double to_next[] = {0.5 * h, 0.5 * h, h};
+  const double* by_state[4];
+  for (std::size_t k = 0; k < stages_.size(); ++k) by_state[k] = stages_[k].by_state.data();
   on_wide_registers([&] {
     for (Eigen::Index lane = 0; lane < lanes_; lane += kRegisterWidth) {
       for (std::size_t i = 0; i < n; ++i)
         start[i].v = state[i].v = load(s.data() + static_cast<Eigen::Index>(i) * lanes_ + lane);
       for (std::size_t k = 0; k < stages_.size(); ++k) {
         const Stage& at = stages_[k];
-        for (std::size_t i = 0; i < n; ++i) {
-          rate[i].v = load(at.forcing.data() + static_cast<Eigen::Index>(i) * lanes_ + lane);
-          for (const auto& [column, place] : row_[i]) rate[i].v += at.by_state[place] * state[column].v;
+        for (std::size_t i = 0, e = 0; i < n; ++i) {
+          Register sum = load(at.forcing.data() + static_cast<Eigen::Index>(i) * lanes_ + lane);
+          for (; e < row_ends_[i]; ++e) sum += by_state[k][of_rows_[e].second] * state[of_rows_[e].first].v;
+          rate[i].v = sum;
         }
         for (std::size_t i = 0; i < n; ++i) {
           if (k == 0) ends[i].v = rate[i].v;
@@ -229,7 +231,7 @@ void TrajectorySystem::advance(double h, Eigen::MatrixXd& s) const {
 
 void TrajectorySystem::step(const TrajectoryRecord& record, const HeldStep& step, bool sensitive, State& at) {
   const double h = step.length * record.dt, middle = step.begin + 0.5 * step.length;
-  Eigen::Matrix<double, Eigen::Dynamic, 3> u(m_, 3);
+  Eigen::Matrix<double, Eigen::Dynamic, 3>& u = acting_;
   for (std::size_t j = 0; j < record.inputs.size(); ++j) {
     const Eigen::Index k = static_cast<Eigen::Index>(j);
     const double dead = dead_[k] / record.dt;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "trajectory/held_input.hpp"
+#include "whirl/core/wide_registers.hpp"
 #include "whirl/expr/tape.hpp"
 #include "whirl/identify/trajectory.hpp"
 
@@ -61,6 +62,9 @@ class TrajectorySystem {
   struct Entry {
     Eigen::Index row, column;
   };
+  struct Lane {
+    Register v;
+  };
   struct State {
     Eigen::VectorXd x;
     Eigen::MatrixXd s;  // lanes x states: parameters, dead times, start, then zeros up to whole registers
@@ -73,7 +77,7 @@ class TrajectorySystem {
   void load_inputs(const TrajectoryRecord& record, double at);
   void rate(const Eigen::VectorXd& x, bool sensitive);
   void stage(const TrajectoryRecord& record, const HeldStep& step, int c, bool sensitive, Stage& out);
-  void advance(double h, Eigen::MatrixXd& s) const;
+  void advance(double h, Eigen::MatrixXd& s);
   void step(const TrajectoryRecord& record, const HeldStep& step, bool sensitive, State& at);
   void jump(const TrajectoryRecord& record, const HeldStep& step, State& at);
   void look(const TrajectoryRecord& record, double at, const Eigen::VectorXd& x, bool sensitive);
@@ -96,10 +100,13 @@ class TrajectorySystem {
   expr::Tape rates_, outputs_;
   std::vector<double> rate_slots_, output_slots_;  // of the tapes at the present parameters
   std::vector<Entry> by_state_, by_parameter_, by_input_, seen_by_state_, seen_by_parameter_;
-  std::vector<std::vector<std::pair<Eigen::Index, Eigen::Index>>> row_;  // of by_state_: column and place
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> of_rows_;  // by_state_ row by row: column and place
+  std::vector<std::size_t> row_ends_;
   Eigen::VectorXd in_, out_, dx_, y_;
   Eigen::MatrixXd jacobian_, seen_, seen_parameter_;
   std::array<Stage, 4> stages_;
+  std::vector<Lane> work_;                           // of advance()
+  Eigen::Matrix<double, Eigen::Dynamic, 3> acting_;  // inputs at the beginning, middle and end of a step
 };
 
 }  // namespace whirl::identification::detail
