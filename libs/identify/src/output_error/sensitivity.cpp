@@ -1,95 +1,100 @@
 #include "output_error/sensitivity.hpp"
 
+#include <map>
+#include <utility>
+
 namespace whirl::identification::detail {
 
-SensitivitySystem::SensitivitySystem(std::vector<SensitiveTerm> terms, std::vector<std::string> states,
-                                     std::vector<std::string> inputs)
-    : terms_(std::move(terms)),
-      n_(static_cast<Eigen::Index>(states.size())),
-      p_(0),
-      m_(static_cast<Eigen::Index>(inputs.size())) {
+SensitivitySystem::SensitivitySystem(const std::vector<SensitiveTerm>& terms, const std::vector<std::string>& states,
+                                     const std::vector<std::string>& inputs)
+    : n_(static_cast<Eigen::Index>(states.size())), p_(0), m_(static_cast<Eigen::Index>(inputs.size())) {
   std::vector<expr::Expr> functions;
-  for (const SensitiveTerm& t : terms_) {
+  std::vector<Eigen::Index> column;
+  for (const SensitiveTerm& t : terms) {
     functions.push_back(t.function);
-    column_.push_back(t.free ? p_++ : -1);
+    theta_.push_back(t.theta);
+    if (of_state_.empty() || of_state_.back().first != t.state) of_state_.emplace_back(t.state, 0);
+    of_state_.back().second = theta_.size();
+    column.push_back(t.free ? p_++ : -1);
   }
   std::vector<std::string> names = states;
   names.insert(names.end(), inputs.begin(), inputs.end());
-  for (std::size_t k = 0; k < terms_.size(); ++k) {
+  std::map<std::pair<Eigen::Index, Eigen::Index>, std::vector<Partial>> by_entry;
+  for (std::size_t k = 0; k < terms.size(); ++k) {
     for (Eigen::Index j = 0; j < n_; ++j) {
-      expr::Expr d = expr::differentiate(terms_[k].function, states[static_cast<std::size_t>(j)]);
+      expr::Expr d = expr::differentiate(terms[k].function, states[static_cast<std::size_t>(j)]);
       if (d.is_number(0)) continue;
-      partials_.push_back({k, j});
+      by_entry[{terms[k].state, j}].push_back({k, static_cast<Eigen::Index>(functions.size())});
       functions.push_back(std::move(d));
     }
   }
+  std::vector<SensitivityStep::Entry> entries;
+  for (const auto& [entry, partials] : by_entry) {
+    entries.push_back({entry.first, entry.second});
+    partials_.insert(partials_.end(), partials.begin(), partials.end());
+    entry_ends_.push_back(partials_.size());
+  }
   tape_ = expr::compile(functions, names);
+  step_ = SensitivityStep(n_, p_, entries);
+  const Eigen::Index rows = step_.stage(0).forcing.rows();
+  for (std::size_t k = 0; k < terms.size(); ++k)
+    place_.push_back(column[k] < 0 ? -1 : column[k] + rows * terms[k].state);
   in_.resize(n_ + m_);
   out_.resize(static_cast<Eigen::Index>(functions.size()));
-  dx_.resize(n_);
-  jacobian_.resize(n_, n_);
-  forcing_ = Eigen::MatrixXd::Zero(p_, n_);
+  for (Eigen::VectorXd& rates : rates_) rates.resize(n_);
 }
 
-void SensitivitySystem::rate(const double* state, const double* input) {
-  for (Eigen::Index i = 0; i < n_; ++i) in_[i] = state[i];
+/// Rates at the states in in_, and what the sensitivities need of them.
+void SensitivitySystem::stage(int k, const double* input) {
   for (Eigen::Index i = 0; i < m_; ++i) in_[n_ + i] = input[i];
   tape_.evaluate_point(in_.data(), out_.data());
-  dx_.setZero();
-  for (std::size_t k = 0; k < terms_.size(); ++k) {
-    const double f = out_[static_cast<Eigen::Index>(k)];
-    dx_[terms_[k].state] += terms_[k].theta * f;
-    if (column_[k] >= 0) forcing_(column_[k], terms_[k].state) = f;
+  SensitivityStep::Stage& at = step_.stage(k);
+  Eigen::VectorXd& rates = rates_[static_cast<std::size_t>(k)];
+  rates.setZero();
+  const double* value = out_.data();
+  double* forcing = at.forcing.data();
+  std::size_t next = 0;
+  for (const auto& [state, end] : of_state_) {
+    double sum = 0;
+    for (; next < end; ++next) {
+      sum += theta_[next] * value[next];
+      if (place_[next] >= 0) forcing[place_[next]] = value[next];
+    }
+    rates[state] += sum;
   }
-  jacobian_.setZero();
-  const Eigen::Index offset = static_cast<Eigen::Index>(terms_.size());
-  for (std::size_t i = 0; i < partials_.size(); ++i) {
-    const SensitiveTerm& t = terms_[partials_[i].term];
-    jacobian_(t.state, partials_[i].variable) += t.theta * out_[offset + static_cast<Eigen::Index>(i)];
+  for (std::size_t e = 0, i = 0; e < entry_ends_.size(); ++e) {
+    double sum = 0;
+    for (; i < entry_ends_[e]; ++i) sum += theta_[partials_[i].term] * value[partials_[i].output];
+    at.jacobian[e] = sum;
   }
 }
 
 Eigen::VectorXd SensitivitySystem::free_values() const {
-  Eigen::VectorXd theta(p_);
-  for (std::size_t k = 0; k < terms_.size(); ++k) {
-    if (column_[k] >= 0) theta[column_[k]] = terms_[k].theta;
-  }
-  return theta;
+  Eigen::VectorXd values(p_);
+  Eigen::Index next = 0;
+  for (std::size_t k = 0; k < place_.size(); ++k)
+    if (place_[k] >= 0) values[next++] = theta_[k];
+  return values;
 }
 
-void SensitivitySystem::set_free_values(const Eigen::VectorXd& theta) {
-  for (std::size_t k = 0; k < terms_.size(); ++k) {
-    if (column_[k] >= 0) terms_[k].theta = theta[column_[k]];
-  }
-}
-
-/// Rates of x and s at a stage: S' = (df/dx) S + df/dtheta.
-void SensitivitySystem::slope(const Eigen::VectorXd& x, const Eigen::MatrixXd& s, const double* input,
-                              std::size_t stage) {
-  rate(x.data(), input);
-  x_[stage] = dx_;
-  Eigen::MatrixXd& ks = s_[stage];
-  ks.resizeLike(s);
-  for (Eigen::Index i = 0; i < n_; ++i) {
-    ks.col(i).setZero();
-    ks.col(i).head(p_) = forcing_.col(i);
-    for (Eigen::Index j = 0; j < n_; ++j) {
-      if (jacobian_(i, j) != 0) ks.col(i) += jacobian_(i, j) * s.col(j);
-    }
-  }
+void SensitivitySystem::set_free_values(const Eigen::VectorXd& values) {
+  Eigen::Index next = 0;
+  for (std::size_t k = 0; k < place_.size(); ++k)
+    if (place_[k] >= 0) theta_[k] = values[next++];
 }
 
 void SensitivitySystem::step(double h, const double* begin, const double* middle, const double* end, Eigen::VectorXd& x,
                              Eigen::MatrixXd& s) {
-  slope(x, s, begin, 0);
-  for (std::size_t stage = 1; stage < 4; ++stage) {
-    const double ahead = stage < 3 ? 0.5 * h : h;
-    moved_ = x + ahead * x_[stage - 1];
-    moved_s_ = s + ahead * s_[stage - 1];
-    slope(moved_, moved_s_, stage < 3 ? middle : end, stage);
-  }
-  x += h / 6 * (x_[0] + 2 * (x_[1] + x_[2]) + x_[3]);
-  s += h / 6 * (s_[0] + 2 * (s_[1] + s_[2]) + s_[3]);
+  in_.head(n_) = x;
+  stage(0, begin);
+  in_.head(n_) = x + 0.5 * h * rates_[0];
+  stage(1, middle);
+  in_.head(n_) = x + 0.5 * h * rates_[1];
+  stage(2, middle);
+  in_.head(n_) = x + h * rates_[2];
+  stage(3, end);
+  x += h / 6 * (rates_[0] + 2 * (rates_[1] + rates_[2]) + rates_[3]);
+  step_.advance(h, s);
 }
 
 }  // namespace whirl::identification::detail

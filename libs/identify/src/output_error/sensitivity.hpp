@@ -1,8 +1,11 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "output_error/sensitivity_step.hpp"
 #include "whirl/expr/expr.hpp"
 #include "whirl/expr/tape.hpp"
 
@@ -19,8 +22,8 @@ struct SensitiveTerm {
 /// RK4 of states and sensitivities of x' = sum theta f(x, u).
 class SensitivitySystem {
  public:
-  SensitivitySystem(std::vector<SensitiveTerm> terms, std::vector<std::string> states, std::vector<std::string> inputs);
-  const std::vector<SensitiveTerm>& terms() const { return terms_; }
+  SensitivitySystem(const std::vector<SensitiveTerm>& terms, const std::vector<std::string>& states,
+                    const std::vector<std::string>& inputs);
   Eigen::Index states() const { return n_; }
   Eigen::Index inputs() const { return m_; }
   /// Free terms.
@@ -35,22 +38,23 @@ class SensitivitySystem {
             Eigen::MatrixXd& s);
 
  private:
-  void rate(const double* state, const double* input);
-  void slope(const Eigen::VectorXd& x, const Eigen::MatrixXd& s, const double* input, std::size_t stage);
-
-  std::vector<SensitiveTerm> terms_;
-  Eigen::Index n_, p_, m_;
-  std::vector<Eigen::Index> column_;  // sensitivity column of each term, -1 when fixed
   struct Partial {
     std::size_t term;
-    Eigen::Index variable;
+    Eigen::Index output;
   };
-  std::vector<Partial> partials_;
+  void stage(int k, const double* input);
+
+  Eigen::Index n_, p_, m_;
   expr::Tape tape_;  // functions, then partial derivatives
-  Eigen::VectorXd in_, out_, dx_, moved_;
-  Eigen::MatrixXd jacobian_, forcing_, moved_s_;
-  Eigen::VectorXd x_[4];
-  Eigen::MatrixXd s_[4];
+  SensitivityStep step_;
+  // Flat, as a stage goes through them.
+  std::vector<double> theta_;
+  std::vector<Eigen::Index> place_;                             // of each term in a stage's forcing, -1 when fixed
+  std::vector<std::pair<Eigen::Index, std::size_t>> of_state_;  // terms of one state, one after the other: their end
+  std::vector<Partial> partials_;                               // entry of the Jacobian by entry
+  std::vector<std::size_t> entry_ends_;
+  Eigen::VectorXd in_, out_;
+  std::array<Eigen::VectorXd, 4> rates_;
 };
 
 }  // namespace whirl::identification::detail

@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "whirl/core/error.hpp"
 
@@ -83,18 +82,8 @@ TrajectorySystem::TrajectorySystem(const TrajectoryModel& model, const std::vect
   jacobian_.setZero(n_, n_);
   seen_.setZero(q_, n_);
   const Eigen::Index own = p_ + delays();
-  lanes_ = (own + n_ + kRegisterWidth - 1) / kRegisterWidth * kRegisterWidth;
-  for (Eigen::Index i = 0; i < n_; ++i) {
-    for (std::size_t k = 0; k < by_state_.size(); ++k)
-      if (by_state_[k].row == i) of_rows_.emplace_back(by_state_[k].column, static_cast<Eigen::Index>(k));
-    row_ends_.push_back(of_rows_.size());
-  }
-  work_.resize(5 * model.states.size());
+  sensitivities_ = SensitivityStep(n_, own, by_state_);
   acting_.setZero(m_, 3);
-  for (Stage& s : stages_) {
-    s.by_state.setZero(static_cast<Eigen::Index>(by_state_.size()));
-    s.forcing.setZero(lanes_, n_);
-  }
   seen_parameter_.setZero(own, q_);
   set_unknowns(unknowns());
 }
@@ -173,60 +162,21 @@ void TrajectorySystem::rate(const Eigen::VectorXd& x, bool sensitive) {
   for (const Entry& e : by_state_) jacobian_(e.row, e.column) = out_[at++];
 }
 
-/// The rates at in_, at the beginning, middle or end (c = 0, 1, 2) of a step.
-void TrajectorySystem::stage(const TrajectoryRecord& record, const HeldStep& step, int c, bool sensitive, Stage& out) {
+/// Stage k of a step: the rates at in_.
+void TrajectorySystem::stage(const TrajectoryRecord& record, const HeldStep& step, int k, bool sensitive) {
   rates_.evaluate_held(in_.data(), rate_slots_, out_.data());
-  out.rates = out_.head(n_);
+  stage_rates_[static_cast<std::size_t>(k)] = out_.head(n_);
   if (!sensitive) return;
-  out.by_state = out_.segment(n_, out.by_state.size());
-  Eigen::Index o = n_ + out.by_state.size();
-  for (const Entry& e : by_parameter_) out.forcing(e.column, e.row) = out_[o++];
+  SensitivityStep::Stage& out = sensitivities_.stage(k);
+  const double* value = out_.data() + n_;
+  for (double& j : out.jacobian) j = *value++;
+  for (const Entry& e : by_parameter_) out.forcing(e.column, e.row) = *value++;
   for (const Entry& e : by_input_) {  // -df/du u' of smooth inputs
     const std::size_t j = delayed_[static_cast<std::size_t>(e.column)];
-    const double at = step.begin + (hold_[j] == Hold::first ? 0.5 : 0.5 * c) * step.length;
-    const double du = record.inputs[j].slope(at - dead_[static_cast<Eigen::Index>(j)] / record.dt) / record.dt;
-    out.forcing(p_ + e.column, e.row) = -out_[o++] * du;
+    const double share = hold_[j] == Hold::first ? 0.5 : 0.5 * ((k + 1) / 2);
+    const double at = step.begin + share * step.length - dead_[static_cast<Eigen::Index>(j)] / record.dt;
+    out.forcing(p_ + e.column, e.row) = -*value++ * (record.inputs[j].slope(at) / record.dt);
   }
-}
-
-/// Runge-Kutta step of the sensitivities, s' = J s + forcing with J and forcing of the four stages; one register of
-/// unknowns after the other.
-void TrajectorySystem::advance(double h, Eigen::MatrixXd& s) {
-  const auto n = static_cast<std::size_t>(n_);
-  Lane *start = work_.data(), *state = start + n, *rate = state + n, *ends = rate + n, *middle = ends + n;
-  const auto load = [](const double* from) {
-    Register v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-  };
-  const double to_next[] = {0.5 * h, 0.5 * h, h};
-  const double* by_state[4];
-  for (std::size_t k = 0; k < stages_.size(); ++k) by_state[k] = stages_[k].by_state.data();
-  on_wide_registers([&] {
-    for (Eigen::Index lane = 0; lane < lanes_; lane += kRegisterWidth) {
-      for (std::size_t i = 0; i < n; ++i)
-        start[i].v = state[i].v = load(s.data() + static_cast<Eigen::Index>(i) * lanes_ + lane);
-      for (std::size_t k = 0; k < stages_.size(); ++k) {
-        const Stage& at = stages_[k];
-        for (std::size_t i = 0, e = 0; i < n; ++i) {
-          Register sum = load(at.forcing.data() + static_cast<Eigen::Index>(i) * lanes_ + lane);
-          for (; e < row_ends_[i]; ++e) sum += by_state[k][of_rows_[e].second] * state[of_rows_[e].first].v;
-          rate[i].v = sum;
-        }
-        for (std::size_t i = 0; i < n; ++i) {
-          if (k == 0) ends[i].v = rate[i].v;
-          if (k == 1) middle[i].v = rate[i].v;
-          if (k == 2) middle[i].v += rate[i].v;
-          if (k == 3) ends[i].v += rate[i].v;
-          if (k < 3) state[i].v = start[i].v + to_next[k] * rate[i].v;
-        }
-      }
-      for (std::size_t i = 0; i < n; ++i) {
-        const Register end = start[i].v + h / 6 * (ends[i].v + 2 * middle[i].v);
-        std::memcpy(s.data() + static_cast<Eigen::Index>(i) * lanes_ + lane, &end, sizeof end);
-      }
-    }
-  });
 }
 
 void TrajectorySystem::step(const TrajectoryRecord& record, const HeldStep& step, bool sensitive, State& at) {
@@ -248,14 +198,12 @@ void TrajectorySystem::step(const TrajectoryRecord& record, const HeldStep& step
   }
   in_.head(n_) = at.x;
   for (int k = 0; k < 4; ++k) {
-    const int c = (k + 1) / 2;
-    in_.segment(n_, m_) = u.col(c);
-    Stage& now = stages_[static_cast<std::size_t>(k)];
-    stage(record, step, c, sensitive, now);
-    if (k < 3) in_.head(n_) = at.x + (k < 2 ? 0.5 * h : h) * now.rates;
+    in_.segment(n_, m_) = u.col((k + 1) / 2);
+    stage(record, step, k, sensitive);
+    if (k < 3) in_.head(n_) = at.x + (k < 2 ? 0.5 * h : h) * stage_rates_[static_cast<std::size_t>(k)];
   }
-  at.x += h / 6 * (stages_[0].rates + 2 * (stages_[1].rates + stages_[2].rates) + stages_[3].rates);
-  if (sensitive) advance(h, at.s);
+  at.x += h / 6 * (stage_rates_[0] + 2 * (stage_rates_[1] + stage_rates_[2]) + stage_rates_[3]);
+  if (sensitive) sensitivities_.advance(h, at.s);
 }
 
 void TrajectorySystem::jump(const TrajectoryRecord& record, const HeldStep& step, State& at) {
@@ -347,7 +295,7 @@ void TrajectorySystem::join(const std::vector<TrajectoryRun>& runs, const std::v
 TrajectorySums TrajectorySystem::run(const std::vector<TrajectoryRecord>& records,
                                      const std::vector<TrajectoryRun>& runs, const std::vector<TrajectoryRun>& given,
                                      const TrajectoryWeights& weights) {
-  const Eigen::Index own = p_ + delays();
+  const Eigen::Index own = p_ + delays(), local = own + n_;
   const Eigen::Index total = own + n_ * static_cast<Eigen::Index>(runs.size());
   TrajectorySums sums;
   sums.normal.setZero(total, total);
@@ -355,7 +303,7 @@ TrajectorySums TrajectorySystem::run(const std::vector<TrajectoryRecord>& record
   sums.cost_of.setZero(q_);
   sums.rows_of.setZero(q_);
   constexpr Eigen::Index batch = 64;
-  Eigen::MatrixXd rows(lanes_, batch * std::max<Eigen::Index>(1, q_));
+  Eigen::MatrixXd rows(local, batch * std::max<Eigen::Index>(1, q_));
   Eigen::VectorXd residuals(rows.cols());
   State at;
   for (std::size_t r = 0; r < runs.size(); ++r) {
@@ -364,8 +312,8 @@ TrajectorySums TrajectorySystem::run(const std::vector<TrajectoryRecord>& record
     const bool joined = weights.gap.size() > 0 && r + 1 < runs.size() && runs[r + 1].record == run.record &&
                         runs[r + 1].first == run.first + run.count;
     const Eigen::Index last = run.count + (joined ? 1 : 0);
-    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(lanes_, lanes_);
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(lanes_);
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(local, local);
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(local);
     Eigen::Index filled = 0, i = 0;
     const auto flush = [&] {
       if (filled == 0) return;
@@ -395,7 +343,7 @@ TrajectorySums TrajectorySystem::run(const std::vector<TrajectoryRecord>& record
       return true;
     };
     at.x = run.start;
-    at.s.setZero(lanes_, n_);
+    at.s.setZero(local, n_);
     at.s.middleRows(own, n_).setIdentity();
     bool good = true;
     for (const HeldStep& s : held_steps(record.inputs, dead_samples(record.dt), run.first, last, substeps_)) {

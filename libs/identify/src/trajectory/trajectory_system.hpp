@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "output_error/sensitivity_step.hpp"
 #include "trajectory/held_input.hpp"
-#include "whirl/core/wide_registers.hpp"
 #include "whirl/expr/tape.hpp"
 #include "whirl/identify/trajectory.hpp"
 
@@ -59,25 +59,14 @@ class TrajectorySystem {
   int steps() const { return substeps_; }
 
  private:
-  struct Entry {
-    Eigen::Index row, column;
-  };
-  struct Lane {
-    Register v;
-  };
+  using Entry = SensitivityStep::Entry;
   struct State {
     Eigen::VectorXd x;
-    Eigen::MatrixXd s;  // lanes x states: parameters, dead times, start, then zeros up to whole registers
-  };
-  /// What a stage of a step knows of the rates.
-  struct Stage {
-    Eigen::VectorXd rates, by_state;  // the latter as by_state_ lists them
-    Eigen::MatrixXd forcing;          // lanes x states
+    Eigen::MatrixXd s;  // unknowns x states: parameters, dead times, start
   };
   void load_inputs(const TrajectoryRecord& record, double at);
   void rate(const Eigen::VectorXd& x, bool sensitive);
-  void stage(const TrajectoryRecord& record, const HeldStep& step, int c, bool sensitive, Stage& out);
-  void advance(double h, Eigen::MatrixXd& s);
+  void stage(const TrajectoryRecord& record, const HeldStep& step, int k, bool sensitive);
   void step(const TrajectoryRecord& record, const HeldStep& step, bool sensitive, State& at);
   void jump(const TrajectoryRecord& record, const HeldStep& step, State& at);
   void look(const TrajectoryRecord& record, double at, const Eigen::VectorXd& x, bool sensitive);
@@ -91,7 +80,7 @@ class TrajectorySystem {
 
   TrajectoryModel model_;
   int substeps_;
-  Eigen::Index n_, m_, p_ = 0, q_, lanes_ = 0;
+  Eigen::Index n_, m_, p_ = 0, q_;
   std::vector<std::size_t> free_;     // parameters
   std::vector<std::size_t> delayed_;  // inputs
   std::vector<Hold> hold_;
@@ -100,12 +89,10 @@ class TrajectorySystem {
   expr::Tape rates_, outputs_;
   std::vector<double> rate_slots_, output_slots_;  // of the tapes at the present parameters
   std::vector<Entry> by_state_, by_parameter_, by_input_, seen_by_state_, seen_by_parameter_;
-  std::vector<std::pair<Eigen::Index, Eigen::Index>> of_rows_;  // by_state_ row by row: column and place
-  std::vector<std::size_t> row_ends_;
   Eigen::VectorXd in_, out_, dx_, y_;
   Eigen::MatrixXd jacobian_, seen_, seen_parameter_;
-  std::array<Stage, 4> stages_;
-  std::vector<Lane> work_;                           // of advance()
+  SensitivityStep sensitivities_;
+  std::array<Eigen::VectorXd, 4> stage_rates_;
   Eigen::Matrix<double, Eigen::Dynamic, 3> acting_;  // inputs at the beginning, middle and end of a step
 };
 

@@ -1,0 +1,43 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "whirl/core/wide_registers.hpp"
+
+namespace whirl::identification::detail {
+
+/// Step of the sensitivities s' = J s + f of an initial-value problem by Runge and Kutta's method of fourth order, with
+/// J and f at its four stages. The stages of the states do not need s: a caller fills them first.
+class SensitivityStep {
+ public:
+  /// Of the Jacobian by the states, where it is not always zero.
+  struct Entry {
+    Eigen::Index row, column;
+  };
+  struct Stage {
+    std::vector<double> jacobian;  ///< by the entries
+    Eigen::MatrixXd forcing;       ///< a row per unknown that acts by itself and at least one more, a column per state
+  };
+
+  SensitivityStep() = default;
+  /// `forced`: unknowns, the first of all, that act by themselves; those after them act through the start alone.
+  SensitivityStep(Eigen::Index states, Eigen::Index forced, const std::vector<Entry>& jacobian);
+  Stage& stage(int k) { return stages_[static_cast<std::size_t>(k)]; }
+  /// `s`: a row per unknown, a column per state.
+  void advance(double h, Eigen::MatrixXd& s);
+
+ private:
+  struct Lane {
+    Register v;
+  };
+  struct Product {
+    std::size_t column, entry;
+  };
+  std::array<Stage, 4> stages_;
+  std::vector<Product> products_;  // row by row
+  std::vector<std::size_t> row_ends_;
+  std::vector<Lane> work_;
+};
+
+}  // namespace whirl::identification::detail
