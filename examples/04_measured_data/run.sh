@@ -22,5 +22,5 @@ fi
 
 # Silverbox: input V1, output V2, 610.35 Hz. Train on the first part of the multisine, test on the rest.
 silverbox=(--rate 610.3515625 --columns V1:u_V V2:y_V)
-whirl identify "$data/silverbox/SNLS80mV.csv" --states y --inputs u --order 2 "${silverbox[@]}" --rows 40650:66726 --out silverbox.json
+whirl identify "$data/silverbox/SNLS80mV.csv" --method second-order "${silverbox[@]}" --rows 40650:66726 --out silverbox.json
 whirl validate silverbox.json "$data/silverbox/SNLS80mV.csv" "${silverbox[@]}" --rows 105712:127400

@@ -167,7 +167,7 @@ def identify(records, method="automatic", *, states=(), inputs=(), order=1, libr
     system whose motion stays bounded from any start; `hold`: what an input does between its
     samples ({"u": "zero"}, "first" or "band-limited"; else by evidence), `dead_time` in s ({"u": 0.02}); `hidden`: states
     without a channel, at most; `denominators`: candidate terms of rational right-hand sides. `progress(what, fraction)`
-    is called now and then. Methods as in `whirl identify`: automatic, weak, sindy, paper, consistent.
+    is called now and then. Methods as in `whirl identify`: automatic, weak, sindy, paper, consistent, second-order.
     Interpretations that the records cannot separate are listed in `ambiguities`. Raises Error for missing channels.
     """
     records = [records] if isinstance(records, Recording) else _recordings(records)

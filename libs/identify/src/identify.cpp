@@ -47,6 +47,14 @@ std::vector<Recording> bridged(std::vector<Recording> records, const IdentifyOpt
       r = detail::with_single_gaps_bridged(r, said);
       if (o.method == Method::sindy && !o.sindy.discrete)
         r = detail::without_empty_ends(r, o.sindy.states, o.sindy.inputs);
+      if (o.method != Method::second_order) continue;
+      // It follows one run from end to end.
+      const Recording whole = detail::longest_whole_stretch(r);
+      if (whole.size() == r.size()) continue;
+      said.warn(fmt::format("{:.4g} s of {:.4g} s are used, from {:.4g} s on: the longest stretch without a gap",
+                            whole.dt * static_cast<double>(whole.size()), r.dt * static_cast<double>(r.size()),
+                            whole.t0));
+      r = whole;
     } else if (const std::size_t at = index_of(r, o.rotor.record.angle); at < r.channels.size()) {
       // A rotor's likelihood leaves missing displacements out.
       const Channel angle = r.channels[at];
@@ -92,7 +100,8 @@ IdentifiedModel fit(const IdentifyOptions& o, const std::vector<Recording>& reco
   }
   if (records.size() != 1) throw Error(fmt::format("--method {} takes one record", to_string(o.method)));
   if (o.method == Method::paper) return identify_paper(records.front(), o.paper);
-  return identify_consistent(records.front(), o.consistent);
+  if (o.method == Method::consistent) return identify_consistent(records.front(), o.consistent);
+  return identify_second_order(records.front(), o.second_order);
 }
 
 HoldoutSplit split_of(const IdentifyOptions& o, const std::vector<Recording>& records) {
@@ -362,7 +371,7 @@ MethodComparison compare_methods(const std::vector<Recording>& as_read, const Id
   MethodComparison comparison;
   const std::vector<Recording> records = bridged(as_read, o, comparison.summary);
   const bool is_rotor = rotor(o.method);
-  if (o.method == Method::drive)
+  if (o.method == Method::second_order || o.method == Method::drive)
     throw Error("--compare is for rotors and for --method sindy");
   if (is_rotor && records.size() != 1) throw Error("--compare takes one rotor record");
   const HoldoutSplit split = split_of(o, records);

@@ -13,6 +13,7 @@ constexpr std::pair<Method, std::string_view> kMethods[] = {{Method::automatic, 
                                                             {Method::weak, "weak"},
                                                             {Method::paper, "paper"},
                                                             {Method::consistent, "consistent"},
+                                                            {Method::second_order, "second-order"},
                                                             {Method::sindy, "sindy"},
                                                             {Method::drive, "drive"}};
 
@@ -39,7 +40,7 @@ Method method_of(const std::string& name) {
   for (const auto& [value, text] : kMethods) {
     if (text == name) return value;
   }
-  throw Error::in_field("method", name, "automatic, weak, paper, consistent, sindy or drive");
+  throw Error::in_field("method", name, "automatic, weak, paper, consistent, second-order, sindy or drive");
 }
 
 Method IdentifyOptions::chosen(const Recording& like) const {

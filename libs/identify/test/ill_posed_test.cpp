@@ -9,6 +9,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify_rotor.hpp"
 #include "whirl/identify/paper.hpp"
+#include "whirl/identify/second_order.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/testing/zoo.hpp"
 
@@ -148,17 +149,14 @@ TEST(IllPosedSecondOrder, IsDiagnosed) {
       {"constant input", [](Recording& r) { channel(r, "u").samples.setConstant(2.0); }, "constant"},
       {"output is the input", [](Recording& r) { channel(r, "u").samples = channel(r, "x").samples; }, "same signal"},
       {"10 samples", [](Recording& r) { keep(r, 10); }, "samples"},
+      {"NaN", [](Recording& r) { channel(r, "x").samples[7] = std::nan(""); }, "nan"},
       {"1e-300 scale", [](Recording& r) { channel(r, "x").samples *= 1e-300; }, "range of numbers"},
       {"all zero", [](Recording& r) { channel(r, "u").samples.setZero(); }, "zero"},
   };
   for (const Spoiler& s : spoilers) {
     Recording r = good_general();
     s.spoil(r);
-    SindyOptions o;
-    o.states = {"x"};
-    o.inputs = {"u"};
-    o.order = 2;
-    const std::string text = diagnosis([&] { return fit_sindy({r}, o); });
+    const std::string text = diagnosis([&] { return identify_second_order(r, {.output = "x"}); });
     EXPECT_NE(text.find(s.reason), std::string::npos) << s.name << ": '" << text << "'";
   }
 }

@@ -284,9 +284,9 @@ TEST(IllPosedE2e, NeverAModelWithExitCodeZero) {
     write_spoilt(folder, "spoilt.csv", r);
     for (const char* flags :
          {"--states x,v --inputs u", "--states x,v --inputs u --no-refine", "--states x,v --inputs u --compare",
-          "--states x --inputs u --order 2"}) {
-      if (std::string(s.name) == "equal columns" && std::string(flags).find("--order 2") != std::string::npos)
-        continue;  // it does not read v
+          "--method second-order --output-channel x --input-channel u"}) {
+      if (std::string(s.name) == "equal columns" && std::string(flags).find("second-order") != std::string::npos)
+        continue;
       const Outcome o = folder.whirl(std::string("identify spoilt.csv ") + flags);
       EXPECT_TRUE(o.exit_code == 1 || o.exit_code == 2) << s.name << " " << flags << "\n" << o.out << o.err;
       EXPECT_NE(o.err.find(s.reason), std::string::npos) << s.name << " " << flags << "\n" << o.err;
@@ -333,7 +333,7 @@ TEST(IdentifyGeneralE2e, SignsOfCoefficientsAreKeptAndActiveOnesTold) {
       << o.err;
   folder.write("library.toml", "equations = [\"x''\"]\ncommon = [\"x\", \"x'\"]\n");
   for (const char* flags :
-       {"--method weak --sign x=+", "--method paper --sign x=+", "--states x,v --sign x",
+       {"--method weak --sign x=+", "--method second-order --output-channel x --sign x=+", "--states x,v --sign x",
         "--states x,v --sign x=2", "--states x,v --sign :x=+", "--states x,v --sign q:x=+",
         "--states x,v --sign x=+ --sign \"v':x=-\"", "--library library.toml --sign x=-"}) {
     const Outcome refused = folder.whirl(std::string("identify run.csv ") + flags);
@@ -345,7 +345,7 @@ TEST(IdentifyGeneralE2e, FlagsOfAnotherMethodAreRefused) {
   const Folder folder;
   io::write_csv(folder / "run.csv", duffing(300));
   for (const char* flags : {"--method weak --degree 3", "--method consistent --terms x",
-                            "--method paper --states x", "--method sindy --filter-ms 5",
+                            "--method second-order --output-channel x --states x", "--method sindy --filter-ms 5",
                             "--states x,v --inputs u --angle profile", "--states x,v --max-passes 0"}) {
     const Outcome o = folder.whirl(std::string("identify run.csv ") + flags);
     EXPECT_EQ(o.exit_code, 2) << flags << "\n" << o.out;

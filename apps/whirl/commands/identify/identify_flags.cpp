@@ -10,8 +10,8 @@ namespace whirl::app {
 void IdentifyFlags::add_to(CommandLine* sub) {
   sub->add_option("RECORDS", files, "records (CSV)")->input()->required();
   sub->add_option("--out", out, "write the model as JSON")->output("whirl.model|whirl.method_comparison");
-  sub->add_option("--method", method, "weak (default), paper, consistent, sindy or drive")
-      ->one_of({"weak", "paper", "consistent", "sindy", "drive"});
+  sub->add_option("--method", method, "weak (default), paper, consistent, second-order, sindy or drive")
+      ->one_of({"weak", "paper", "consistent", "second-order", "sindy", "drive"});
   sub->add_flag("--compare", compare, "table over all regression methods on this record instead of one model");
   sub->add_option("--holdout", holdout, "share of a single record kept out of a second fit, to be predicted (0.3)")
       ->range(0.05, 0.8);
@@ -42,6 +42,9 @@ void IdentifyFlags::add_to(CommandLine* sub) {
       ->range(0, 1e9);
   sub->add_option("--mass-kg", mass, "mass of the disk")->range(0, 1e9);
 
+  sub->section("One degree of freedom (second-order)");
+  sub->add_option("--output-channel", output, "displacement")->show_default();
+  sub->add_option("--input-channel", input, "force or other input")->show_default();
   add_general_to(sub);
   add_regression_to(sub);
 }
@@ -113,7 +116,7 @@ void IdentifyFlags::add_regression_to(CommandLine* sub) {
       "--trapping", trapping,
       "a quadratic system whose motion stays bounded from any start, with a certificate; candidate terms up to "
       "degree 2");
-  const char* regression = "Regression (paper, sindy; parameters also under --compare)";
+  const char* regression = "Regression (paper, second-order, sindy; parameters also under --compare)";
   sub->section(regression);
   sub->add_option("--regressor", regressor, fmt::format("{}", fmt::join(regression::regression_methods(), ", ")))
       ->one_of(regression::regression_methods());

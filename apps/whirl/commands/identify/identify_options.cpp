@@ -71,11 +71,13 @@ const std::vector<Use> kUses{
     {{"sindy"}, {"--states",      "--inputs", "--hold",      "--dead-time-s", "--no-timing", "--hidden",
                  "--denominator", "--order",  "--discrete",  "--degree",      "--fourier",   "--time",
                  "--library",     "--known",  "--sign",      "--window",      "--t-value",   "--stream",
-                 "--max-passes",  "--bound",  "--stable-1s", "--trapping",    "--no-refine"}},
-    {{"sindy", "paper"},
+                 "--max-passes",  "--bound",  "--stable-1s", "--trapping"}},
+    {{"sindy", "second-order"}, {"--no-refine"}},
+    {{"sindy", "second-order", "paper"},
      {"--terms", "--regressor", "--selection", "--threshold", "--lambda", "--ridge", "--max-terms", "--backward-t",
       "--nu", "--resamples", "--inclusion", "--drop-terms", "--folds", "--seed", "--debias"}},
-    {{"paper", "consistent"}, {"--filter-ms"}},
+    {{"second-order"}, {"--output-channel", "--input-channel"}},
+    {{"paper", "consistent", "second-order"}, {"--filter-ms"}},
     {{"weak", "paper"}, {"--modes"}},
     {{"weak", "drive", "paper", "consistent"}, {"--pulses", "--missing", "--edge"}},
     {{"weak"}, {"--slow-roll", "--slow-roll-reads", "--angle"}},
@@ -154,6 +156,7 @@ std::vector<std::string> IdentifyFlags::required() const {
   const Method m = method_chosen();
   if (m == Method::weak || m == Method::drive || m == Method::paper || m == Method::consistent)
     return {"x"};  // for the others see require_rotor_channels
+  if (m == Method::second_order) return {output, input};
   std::vector<std::string> names = states;
   names.insert(names.end(), inputs.begin(), inputs.end());
   return names;
@@ -220,10 +223,13 @@ identification::IdentifyOptions IdentifyFlags::options(const Recording& like) co
   o.rotor = weak();
   o.paper = paper();
   o.consistent = consistent();
+  o.second_order = second_order();
   o.drive.rotor = o.rotor;
   o.drive.drive = drive;
   o.drive.inertia = inertia;
   o.drive.mass = mass;
+  o.second_order.output = output;
+  o.second_order.input = input;
   if (o.method == identification::Method::sindy) {
     o.sindy = sindy(like);
     if (!library.empty()) o.library = candidate_library(like);
@@ -261,6 +267,15 @@ identification::PaperOptions IdentifyFlags::paper() const {
 identification::ConsistentOptions IdentifyFlags::consistent() const {
   identification::ConsistentOptions o;
   if (filter_ms > 0) o.filter_sd = filter_ms * 1e-3;
+  return o;
+}
+
+identification::SecondOrderOptions IdentifyFlags::second_order() const {
+  identification::SecondOrderOptions o;
+  o.solver = solver(o.solver);
+  o.library = expr::split_terms(term_list);
+  o.filter_sd = filter_ms * 1e-3;
+  o.refine = !no_refine;
   return o;
 }
 

@@ -18,7 +18,7 @@ inline const std::vector<std::pair<std::string, regression::Selection>> kSelecti
 /// Everything that can be said on the command line of `whirl identify`.
 struct IdentifyFlags {
   std::vector<std::string> files;
-  std::string out, method, modes, angle = "measured";
+  std::string out, method, modes, angle = "measured", output = "y", input = "u";
   std::string slow_roll, slow_roll_reads = "unknown";
   double filter_ms = 0;
   RecordOptions record;
@@ -70,6 +70,7 @@ struct IdentifyFlags {
   identification::RotorIdentifyOptions weak() const;
   identification::PaperOptions paper() const;
   identification::ConsistentOptions consistent() const;
+  identification::SecondOrderOptions second_order() const;
   /// --library. Where the file names no equations they are of --states, else of all channels of `like` that are no
   /// inputs; where it does, Error when --states, --inputs, --order or --discrete say otherwise.
   expr::CandidateLibrary candidate_library(const Recording& like) const;

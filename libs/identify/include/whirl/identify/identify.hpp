@@ -14,6 +14,7 @@
 #include "whirl/identify/evidence.hpp"
 #include "whirl/identify/identify_rotor.hpp"
 #include "whirl/identify/paper.hpp"
+#include "whirl/identify/second_order.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/identify/validate.hpp"
 
@@ -21,8 +22,8 @@ namespace whirl::identification {
 
 /// How equations are found. `automatic`: `weak` for records with beta and the motion x, y or one of them when no states
 /// are asked for, else `sindy`.
-enum class Method { automatic, weak, paper, consistent, sindy, drive };
-/// "weak", "sindy", ...; `automatic` is "automatic".
+enum class Method { automatic, weak, paper, consistent, second_order, sindy, drive };
+/// "weak", "second-order", ...; `automatic` is "automatic".
 std::string_view to_string(Method method);
 /// Throws Error for another name.
 Method method_of(const std::string& name);
@@ -58,6 +59,7 @@ struct IdentifyOptions {
   RotorIdentifyOptions rotor;                     ///< Method::weak
   PaperOptions paper;                             ///< Method::paper; also the regressors of `compare_methods`
   ConsistentOptions consistent;                   ///< Method::consistent
+  SecondOrderOptions second_order;                ///< Method::second_order
   SindyOptions sindy;                             ///< Method::sindy; states: by default all channels that are no inputs
   std::optional<expr::CandidateLibrary> library;  ///< Method::sindy with exactly these terms
   DriveOptions drive;                             ///< Method::drive; without a part held out
@@ -152,7 +154,7 @@ struct MethodComparison {
   Summary summary;  ///< unusable when no method predicts the part held out better than its mean does
 };
 /// Every regression method on one record, its library and its held-out part, and the methods of whirl that need no
-/// choice of regressor. Throws Error for Method::drive and for several rotor records.
+/// choice of regressor. Throws Error for Method::second_order and for several rotor records.
 MethodComparison compare_methods(const std::vector<Recording>& records, const IdentifyOptions& options = {});
 
 /// Scores of a model on data not used for it; `what` describes them. A prediction that cannot be made has its reason.

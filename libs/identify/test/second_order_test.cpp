@@ -1,3 +1,5 @@
+#include "whirl/identify/second_order.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,10 +8,9 @@
 #include <sstream>
 #include <string>
 
-#include "whirl/core/angles.hpp"
+#include "whirl/core/error.hpp"
 #include "whirl/identify/refine.hpp"
 #include "whirl/identify/simulate_model.hpp"
-#include "whirl/identify/sindy.hpp"
 #include "whirl/testing/data.hpp"
 
 namespace whirl::identification {
@@ -53,16 +54,10 @@ double coefficient_of(const IdentifiedModel& m, const std::string& function) {
   }
   return std::nan("");
 }
-/// rms of the free run over the record, V.
-double free_run(const IdentifiedModel& m, const Recording& record) { return score(m, record).front().rmse; }
-
-IdentifiedModel fit(const Recording& record, std::vector<std::string> library) {
-  SindyOptions options;
-  options.states = {"y"};
-  options.inputs = {"u"};
-  options.order = 2;
-  options.library = std::move(library);
-  return fit_sindy({record}, options);
+void print(const char* name, const IdentifiedModel& m, double test, double arrow) {
+  std::cout << name << ": free run multisine " << 1e3 * test << " mV, arrow " << 1e3 * arrow << " mV; y'' =";
+  for (const EquationTerm& t : m.equations[1].terms) std::cout << " + " << t.coefficient.value << " " << t.function;
+  std::cout << "; f0 " << m.parameter("f0")->value << " Hz, zeta " << m.parameter("zeta")->value << "\n";
 }
 
 TEST(SilverboxReference, CubicWithOffsetThenStructureFoundByTheTool) {
@@ -72,29 +67,43 @@ TEST(SilverboxReference, CubicWithOffsetThenStructureFoundByTheTool) {
   ASSERT_EQ(data.size(), 131072u);
   const Recording train = data.rows(40650, 40650 + 26076), test = data.rows(105712, 127400),
                   arrow = data.rows(100, 40575);
-  const auto said = [&](const char* name, const IdentifiedModel& m) {
-    std::cout << name << ": multisine " << 1e3 * free_run(m, test) << " mV, arrow " << 1e3 * free_run(m, arrow)
-              << " mV; y'' =";
-    for (const EquationTerm& t : m.equations[1].terms) std::cout << " + " << t.coefficient.value << " " << t.function;
-    std::cout << std::endl;
+  const auto errors = [&](const IdentifiedModel& m) {
+    return std::pair{free_run_error(m, test, "y"), free_run_error(m, arrow, "y")};
   };
-  // Linear model: bar 7.1 mV.
-  const IdentifiedModel line = fit(train, {"1", "y", "y'", "u"});
-  said("linear", line);
-  EXPECT_LE(free_run(line, test), 7.1e-3);
+  // Linear model, refined: bar 7.1 mV.
+  SecondOrderOptions linear;
+  linear.library = {"1", "y", "y'", "u"};
+  linear.max_added = 0;
+  const IdentifiedModel line = identify_second_order(train, linear);
+  const auto [line_test, line_arrow] = errors(line);
+  print("linear", line, line_test, line_arrow);
+  EXPECT_LE(line_test, 7.1e-3);
 
-  const IdentifiedModel cubic = fit(train, {"1", "y", "y^3", "y'", "u"});
-  said("cubic + offset", cubic);
-  EXPECT_LE(free_run(cubic, test), 0.35e-3);
-  EXPECT_LE(free_run(cubic, arrow), 0.42e-3);
+  // Sparse regression alone finds the structure y', y, y^3, u, 1.
+  SecondOrderOptions plain;
+  plain.refine = false;
+  const IdentifiedModel sparse = identify_second_order(train, plain);
+  const auto [sparse_test, sparse_arrow] = errors(sparse);
+  print("sparse", sparse, sparse_test, sparse_arrow);
+  EXPECT_EQ(sparse.equations[1].terms.size(), 5u);
+  EXPECT_TRUE(std::isnan(coefficient_of(sparse, "y^2")));
+
+  SecondOrderOptions five;
+  five.max_added = 0;
+  const IdentifiedModel cubic = identify_second_order(train, five);
+  const auto [cubic_test, cubic_arrow] = errors(cubic);
+  print("cubic + offset", cubic, cubic_test, cubic_arrow);
+  EXPECT_LE(cubic_test, 0.35e-3);
+  EXPECT_LE(cubic_arrow, 0.42e-3);
   EXPECT_NEAR(coefficient_of(cubic, "y") / -1.8492e5, 1, 0.003);
   EXPECT_NEAR(coefficient_of(cubic, "y^3") / -7.44e5, 1, 0.03);
-  EXPECT_NEAR(kHzPerRadPerSec * std::sqrt(-coefficient_of(cubic, "y")), 68.44, 0.1);
+  EXPECT_NEAR(cubic.parameter("f0")->value, 68.44, 0.1);
 
-  const IdentifiedModel found = fit(train, {});
-  said("structure found", found);
-  EXPECT_LE(free_run(found, test), 0.30e-3);
-  EXPECT_LE(free_run(found, arrow), 0.36e-3);
+  const IdentifiedModel found = identify_second_order(train);
+  const auto [found_test, found_arrow] = errors(found);
+  print("structure found", found, found_test, found_arrow);
+  EXPECT_LE(found_test, 0.30e-3);
+  EXPECT_LE(found_arrow, 0.36e-3);
   EXPECT_EQ(found.summary.status, Status::ok);
 }
 
@@ -161,6 +170,13 @@ TEST(RefineProperty, SensitivitiesAreTheDerivativeOfTheFreeRun) {
   EXPECT_EQ(refined.scores[0].function, "y^2");
   EXPECT_NEAR(refined.scores[0].coefficient, 0.01, 1e-4);
   EXPECT_GT(refined.scores[0].score, 100 * refined.scores[1].score);
+}
+
+TEST(SecondOrder, BadInputIsToldByName) {
+  Recording r = drive(0.01, 1000);
+  EXPECT_THROW(identify_second_order(r), Error);
+  r.add("y", Quantity::displacement, Eigen::VectorXd::Random(1000));
+  EXPECT_THROW(identify_second_order(r, {.library = {"1", "q"}, .solver = {}, .candidates = {}}), Error);
 }
 
 }  // namespace
