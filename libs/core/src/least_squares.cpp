@@ -5,13 +5,41 @@
 #include <Eigen/SparseCholesky>
 
 namespace whirl {
+namespace {
+
+constexpr Eigen::Index kSmall = 100;
+constexpr double kSparse = 0.1;  // share of numbers that are not zero
+
+/// Lower half of D M D, D = diag(factor), with `more` added to its diagonal, which is `none` where M has no positive
+/// number there; nothing where M is small or full.
+std::optional<Eigen::SparseMatrix<double>> sparse_half(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& factor,
+                                                       double none, double more) {
+  const Eigen::Index n = matrix.rows();
+  if (n < kSmall) return {};
+  Eigen::SparseMatrix<double> half(n, n);
+  const auto most = static_cast<Eigen::Index>(0.5 * kSparse * static_cast<double>(n * n)) + n;
+  half.reserve(most);
+  Eigen::Index count = 0;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    half.startVec(j);
+    const double* column = matrix.data() + j * matrix.outerStride();
+    for (Eigen::Index i = j; i < n; ++i) {
+      if (i > j && column[i] == 0) continue;
+      if (++count > most) return {};
+      const double value = factor[i] * column[i] * factor[j];
+      half.insertBack(i, j) = i > j ? value : (column[i] > 0 ? value : none) + more;
+    }
+  }
+  half.finalize();
+  return half;
+}
+
+}  // namespace
+
 std::optional<Eigen::MatrixXd> solve_sparse(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right) {
-  constexpr Eigen::Index kSmall = 100;
-  constexpr double kSparse = 0.1;
-  const auto n = matrix.rows();
-  if (n < kSmall || static_cast<double>((matrix.array() != 0).count()) > kSparse * static_cast<double>(n * n))
-    return {};
-  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> llt(matrix.sparseView());
+  const auto half = sparse_half(matrix, Eigen::VectorXd::Ones(matrix.rows()), 0, 0);
+  if (!half) return {};
+  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> llt(*half);
   if (llt.info() != Eigen::Success) return {};
   return llt.solve(right);
 }
@@ -19,17 +47,19 @@ std::optional<Eigen::MatrixXd> solve_sparse(const Eigen::MatrixXd& matrix, const
 bool damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping,
                  Eigen::VectorXd& step) {
   const Eigen::VectorXd scale = (normal.diagonal().array() > 0).select(normal.diagonal().cwiseSqrt(), 1.0);
-  Eigen::MatrixXd scaled = scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
-  scaled.diagonal() = (normal.diagonal().array() > 0).select(scaled.diagonal(), 1.0);
-  scaled.diagonal().array() += damping;
-  const Eigen::VectorXd right = gradient.cwiseQuotient(scale);
-  if (const auto solved = solve_sparse(scaled, right)) {
-    step = solved->cwiseQuotient(scale);
-  } else {
-    const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
+  const Eigen::VectorXd right = gradient.cwiseQuotient(scale), factor = scale.cwiseInverse();
+  if (const auto half = sparse_half(normal, factor, 1, damping)) {
+    const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> llt(*half);
     if (llt.info() != Eigen::Success) return false;
     step = llt.solve(right).cwiseQuotient(scale);
+    return step.allFinite();
   }
+  Eigen::MatrixXd scaled = factor.asDiagonal() * normal * factor.asDiagonal();
+  scaled.diagonal() = (normal.diagonal().array() > 0).select(scaled.diagonal(), 1.0);
+  scaled.diagonal().array() += damping;
+  const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
+  if (llt.info() != Eigen::Success) return false;
+  step = llt.solve(right).cwiseQuotient(scale);
   return step.allFinite();
 }
 
