@@ -32,8 +32,8 @@ class SensitivitySystem {
   void set_free_values(const Eigen::VectorXd& theta);
 
   /// One step of length h of the states x and the sensitivities s: a row per unknown (free terms, then others that act
-  /// through the start), a column per state, so that the long dimension is contiguous. Inputs at the beginning, the
-  /// middle and the end of the step; with held inputs these are the values that hold within it.
+  /// through the start; SensitivityStep::rows), a column per state: the long dimension is contiguous. Inputs at the
+  /// beginning, the middle and the end of the step; with held inputs these are the values that hold within it.
   void step(double h, const double* begin, const double* middle, const double* end, Eigen::VectorXd& x,
             Eigen::MatrixXd& s);
 

@@ -17,14 +17,18 @@ class SensitivityStep {
   };
   struct Stage {
     std::vector<double> jacobian;  ///< by the entries
-    Eigen::MatrixXd forcing;       ///< a row per unknown that acts by itself and at least one more, a column per state
+    Eigen::MatrixXd forcing;       ///< rows() of the unknowns that act by themselves, a column per state
   };
 
   SensitivityStep() = default;
   /// `forced`: unknowns, the first of all, that act by themselves; those after them act through the start alone.
   SensitivityStep(Eigen::Index states, Eigen::Index forced, const std::vector<Entry>& jacobian);
   Stage& stage(int k) { return stages_[static_cast<std::size_t>(k)]; }
-  /// `s`: a row per unknown, a column per state.
+  /// Rows of `s` for so many unknowns: whole registers.
+  static Eigen::Index rows(Eigen::Index unknowns) {
+    return (unknowns + kRegisterWidth - 1) / kRegisterWidth * kRegisterWidth;
+  }
+  /// `s`: a row per unknown and zeros up to rows(), a column per state.
   void advance(double h, Eigen::MatrixXd& s);
 
  private:

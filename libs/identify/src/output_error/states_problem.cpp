@@ -176,8 +176,9 @@ bool StatesProblem::follow(std::size_t r, StatesPoint& p, SquareSum& run) {
   for (const double c : correlation_) whitening.emplace_back(c, run.gradient.size());
   Eigen::VectorXd row;
   Eigen::VectorXd x = p.starts[r];
-  Eigen::MatrixXd s = Eigen::MatrixXd::Zero(run.gradient.size(), system_.states());
-  if (options_.free_start) s.bottomRows(system_.states()).setIdentity();
+  const Eigen::Index unknowns = run.gradient.size();
+  Eigen::MatrixXd s = Eigen::MatrixXd::Zero(SensitivityStep::rows(unknowns), system_.states());
+  if (options_.free_start) s.middleRows(system_.parameters(), system_.states()).setIdentity();
   for (Eigen::Index i = 0; i < measured.rows(); ++i) {
     if (!x.allFinite() || x.cwiseAbs().maxCoeff() > 1e30) return false;
     for (std::size_t o = 0; i >= options_.skip && o < outputs_.size(); ++o) {
@@ -189,9 +190,9 @@ bool StatesProblem::follow(std::size_t r, StatesPoint& p, SquareSum& run) {
         continue;
       }
       if (w.white()) {
-        batch.add(weight_[column] * s.col(outputs_[o]), residual);
+        batch.add(weight_[column] * s.col(outputs_[o]).head(unknowns), residual);
       } else {
-        row = weight_[column] * s.col(outputs_[o]);
+        row = weight_[column] * s.col(outputs_[o]).head(unknowns);
         residual = w.apply(residual, row);
         batch.add(row, residual);
       }

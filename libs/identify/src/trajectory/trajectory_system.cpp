@@ -335,7 +335,7 @@ TrajectorySums TrajectorySystem::run(const std::vector<TrajectoryRecord>& record
         rows.col(filled).setZero();
         rows.col(filled).head(own) = w * seen_parameter_.col(o);
         for (Eigen::Index k = 0; k < n_; ++k) {
-          if (seen_(o, k) != 0) rows.col(filled) += w * seen_(o, k) * at.s.col(k);
+          if (seen_(o, k) != 0) rows.col(filled) += w * seen_(o, k) * at.s.col(k).head(local);
         }
         residuals[filled++] = residual;
       }
@@ -343,7 +343,7 @@ TrajectorySums TrajectorySystem::run(const std::vector<TrajectoryRecord>& record
       return true;
     };
     at.x = run.start;
-    at.s.setZero(local, n_);
+    at.s.setZero(SensitivityStep::rows(local), n_);
     at.s.middleRows(own, n_).setIdentity();
     bool good = true;
     for (const HeldStep& s : held_steps(record.inputs, dead_samples(record.dt), run.first, last, substeps_)) {
