@@ -48,6 +48,19 @@ struct LaneArray {
   void set(Eigen::Index lane, double value) {
     parts[static_cast<std::size_t>(lane / kRegisterWidth)][lane % kRegisterWidth] = value;
   }
+  /// The lanes before kProfile; the others of the same registers become 0. (In registers: lanes stored one by one are
+  /// not in the cache yet when the whole is read.)
+  void compose(const std::array<double, kProfile>& v) {
+    if constexpr (kRegisterWidth == 8) {
+      parts[0] = Register{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]};
+      parts[1] = Register{v[8], v[9], v[10], v[11], v[12]};
+    } else {
+      parts[0] = Register{v[0], v[1], v[2], v[3]};
+      parts[1] = Register{v[4], v[5], v[6], v[7]};
+      parts[2] = Register{v[8], v[9], v[10], v[11]};
+      parts[3] = Register{v[12]};
+    }
+  }
   void add(Eigen::Index lane, double value) {
     parts[static_cast<std::size_t>(lane / kRegisterWidth)][lane % kRegisterWidth] += value;
   }
@@ -70,24 +83,8 @@ struct Stepper {
   void direct(double x, double y, double vx, double vy, Eigen::Index half, Array& gx, Array& gy) const {
     const double r2 = x * x + y * y;
     const Complex f = forcing[half];
-    gx.set(kK1, -x);
-    gy.set(kK1, -y);
-    gx.set(kK2, -r2 * x);
-    gy.set(kK2, -r2 * y);
-    gx.set(kC, -vx);
-    gy.set(kC, -vy);
-    gx.set(kEpsRe, f.real());
-    gy.set(kEpsRe, f.imag());
-    gx.set(kEpsIm, -f.imag());
-    gy.set(kEpsIm, f.real());
-    gx.set(kConjKRe, -x);
-    gy.set(kConjKRe, y);
-    gx.set(kConjKIm, -y);
-    gy.set(kConjKIm, -x);
-    gx.set(kConjCRe, -vx);
-    gy.set(kConjCRe, vy);
-    gx.set(kConjCIm, -vy);
-    gy.set(kConjCIm, -vx);
+    gx.compose({-x, -r2 * x, -vx, f.real(), -f.imag(), 0, 0, 0, 0, -x, -y, -vx, -vy});
+    gy.compose({-y, -r2 * y, -vy, f.imag(), f.real(), 0, 0, 0, 0, y, -x, vy, -vx});
     for (Eigen::Index k = 0; k < profile.cols(); ++k) {
       const Complex d = profile(half, k);
       gx.set(kProfile + k, eps.real() * d.real() - eps.imag() * d.imag());
