@@ -116,8 +116,9 @@ class RotorSearch {
   double tried_ = 0;     // steps of trial fits since the rest was halved
   double tried_in_all_ = 0;
   double searched_ = 0;       // of these, when the search ended
-  double at_half_ = 0;        // and when the rest was halved
+  double at_gain_ = 0;        // and when a term last took a fifth of the rest
   double halved_ = INFINITY;  // misfit that began them
+  double last_ = INFINITY;    // misfit of the step before
   OutputErrorFit fit_;
   GrownRotor grown_;
   std::vector<Taken> taken_;

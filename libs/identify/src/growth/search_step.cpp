@@ -232,19 +232,23 @@ void RotorSearch::count(const OutputErrorFit& trial, const Growth& growth, doubl
 /// What a search may cost is used up: about 3 ms a step for 12 s at 1 kHz.
 bool RotorSearch::spent() const {
   constexpr double kMost = 300, kMostOfModes = 600;
-  return misfit() > rules::kModelError && tried_in_all_ - at_half_ > (modes_ ? kMostOfModes : kMost);
+  return misfit() > rules::kModelError && tried_in_all_ - at_gain_ > (modes_ ? kMostOfModes : kMost);
 }
 
 /// Something stays unexplained, and no term of many trial fits took half of it: it is none of the terms known here.
 /// Where each takes half but there is no end of them, they stand in for something else.
 bool RotorSearch::gives_up() {
-  constexpr double kPatience = 150;  // steps of the trial fits
+  constexpr double kPatience = 150;   // steps of the trial fits
+  constexpr double kOneOfMany = 0.8;  // of the rest that a term leaves
   const double rest = misfit();
-  if (rest - 1 <= 0.5 * (halved_ - 1)) {
+  const bool halved = rest - 1 <= 0.5 * (halved_ - 1);
+  // A machine with many usual parts takes many steps. (Several records may differ by springs of their own, which are
+  // tried before much else is; rare terms and modes of any frequency can follow what is none of them.)
+  if ((halved || rest - 1 <= kOneOfMany * (last_ - 1)) && records_.size() == 1 && !rare_ && !modes_)
+    at_gain_ = tried_in_all_;
+  last_ = rest;
+  if (halved) {
     halved_ = rest;
-    // A machine with many usual parts takes many steps. (Several records may differ by springs of their own, which are
-    // tried before much else is; rare terms and modes of any frequency can follow what is none of them.)
-    if (records_.size() == 1 && !rare_ && !modes_) at_half_ = tried_in_all_;
     tried_ = 0;
   }
   return rest > rules::kModelError && (tried_ > kPatience || spent());
