@@ -28,13 +28,14 @@ struct StepDifference {
 
 /// The step of a design, compiled; `more`: C that is appended to the wrapper.
 struct Exported {
-  explicit Exported(const ControllerDesign& d, const std::string& more = "") {
+  explicit Exported(const ControllerDesign& d, const std::string& more = "",
+                    const std::string& flags = testing::kQuickC99) {
     const ControllerCode code = controller_code(d, {"drive", false, ""});
     folder.write(code.header.name, code.header.text);
     folder.write(code.source.name, code.source.text);
     folder.write("wrapper.c", testing::step_wrapper() + more);
-    const auto built = testing::shell(
-        folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
+    const auto built =
+        testing::shell(folder.path(), "cc " + flags + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
     EXPECT_EQ(built.exit_code, 0) << d.law << " " << d.estimator << built.text;
     library = std::make_unique<testing::SharedLibrary>(folder.path() / "drive.so");
     EXPECT_EQ(library->get<int()>("start")(), 0);

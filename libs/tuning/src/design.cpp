@@ -238,8 +238,9 @@ std::vector<std::vector<double>> candidates_of(const Search& search) {
   return out;
 }
 
-/// The design with those variables, every number that was used written down, and its assessment.
-ControllerDesign assessed_design(const Search& search, const std::vector<double>& u) {
+/// The design with those variables, every number that was used written down, and its assessment: the whole one of the
+/// first, of others only what certifies them.
+ControllerDesign assessed_design(const Search& search, const std::vector<double>& u, bool first) {
   ControllerDesign d = search.design;
   set_variables(d, search.variables, u);
   d.parameters = control::resolve_parameters(d);
@@ -251,7 +252,7 @@ ControllerDesign assessed_design(const Search& search, const std::vector<double>
       if (d.parameters.at(info.name) == info.fallback) d.parameters.erase(info.name);
     }
   }
-  assess(d, *search.options);
+  (first ? assess : assess_until_missed)(d, *search.options);
   d.margins.insert(search.training.begin(), search.training.end());
   for (const auto& [cost, variables] : search.tried) {
     if (variables == u) d.margins["objective"] = cost;
@@ -410,7 +411,7 @@ ControllerDesign design(const IdentifiedModel& model, const DesignOptions& given
   // The cost of a few runs is not the certificate: the best that is certified, else the best with what it lacks.
   ControllerDesign best;
   for (const std::vector<double>& u : candidates_of(search)) {
-    ControllerDesign d = assessed_design(search, u);
+    ControllerDesign d = assessed_design(search, u, best.law.empty());
     if (d.margins.at("certified") == 1) bound_peak(d, model, options);
     const bool certified = d.margins.at("certified") == 1;
     if (certified || best.law.empty()) best = std::move(d);

@@ -8,7 +8,9 @@
 
 #include "certificate/certificate_runs.hpp"
 #include "certificate/design_peak.hpp"
+#include "design_parts.hpp"
 #include "runs/design_scenarios.hpp"
+#include "tried_loop.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/times.hpp"
@@ -43,14 +45,14 @@ double static_control_stiffness(const ControllerDesign& design) {
 
 namespace {
 
-/// What `whirl margins` finds with its own settings, on every case of the signs that are not known.
+/// The worst of what `whirl margins` finds with its own settings, on every case of the signs that are not known.
 std::vector<SpeedMargins> margins_on(const ControllerDesign& trial, const RotorModel& model, const Hardware& hardware,
                                      int threads) {
   MarginOptions o;
   o.threads = threads;
   std::vector<SpeedMargins> all;
   for (const Hardware& h : hardware.sign_cases()) {
-    const std::vector<SpeedMargins> found = loop_margins(trial, tuning_plant(model, h), o);
+    const std::vector<SpeedMargins> found = worst_loop_margins(trial, tuning_plant(model, h), o);
     all.insert(all.end(), found.begin(), found.end());
   }
   return all;
@@ -68,12 +70,26 @@ void put_margins(std::map<std::string, double>& margins, const LoopMargins& m, d
   margins["peak_sensitivity"] = bounded(m.peak_sensitivity, 1e3);
 }
 
+/// A design as the certificate has it: what it runs on, and the runs' seed, which is not that of the tuning.
+struct Certified {
+  Certified(const ControllerDesign& design, const DesignOptions& options)
+      : hardware(tuning_hardware(design, options.hardware)),
+        ringing(tuning_scenarios(hardware, options.stiffness_uncertainty).front()),
+        nominal(ringing),
+        seed(options.seed + 1000) {
+    nominal.ringing = 0;  // what stands is then the loop's own
+  }
+  Hardware hardware;
+  TuningScenario ringing, nominal;
+  std::uint64_t seed;
+};
+
 /// Largest level that the supervision sees in the nominal run, m rms.
-double watched_level(ControllerDesign trial, const TuningScenario& nominal, const RotorModel& model,
-                     const Hardware& hardware, std::uint64_t seed) {
+double watched_level(const ControllerDesign& design, const Certified& as) {
+  ControllerDesign trial = on_scenario(design, as.nominal);
   trial.parameters["supervise"] = 1;
   trial.parameters["watch_level"] = 1;
-  return scenario_plant(nominal, model, hardware, seed).run(trial).watched_level;
+  return scenario_plant(as.ringing, design.model, as.hardware, as.seed).run(trial).watched_level;
 }
 
 /// A correction that is wrong by all it may be stays inside what the certificate states.
@@ -87,12 +103,14 @@ void bound_reidentification(ControllerDesign& design, double stiffness_uncertain
       std::clamp(values.at("reidentify_stiffness"), 0.01, std::max(stiffness_uncertainty, 0.01));
 }
 
-/// Supervision with a level that the nominal run stays far below.
-void supervise(ControllerDesign& design, const DesignOptions& options, double level, const ClosedLoopMetrics& run) {
+}  // namespace
+
+void add_supervision(ControllerDesign& design, const DesignOptions& options, const rig::SegmentPeaks& open) {
   constexpr double kAbove = 4, kLeast = 60e-6, kShare = 0.2;
-  double smallest = run.open.all;
-  for (const double open : run.open.segment) {
-    if (open > 0) smallest = std::min(smallest, open);
+  const double level = watched_level(design, {design, options});
+  double smallest = open.all;
+  for (const double peak : open.segment) {
+    if (peak > 0) smallest = std::min(smallest, peak);
   }
   design.parameters["supervise"] = 1;
   design.parameters["watch_level"] = std::min(std::max({kAbove * level, kShare * smallest, kLeast}), 1.0);
@@ -101,6 +119,12 @@ void supervise(ControllerDesign& design, const DesignOptions& options, double le
   }
   bound_reidentification(design, options.stiffness_uncertainty);
 }
+void add_supervision(ControllerDesign& design, const DesignOptions& options) {
+  const Certified as(design, options);
+  add_supervision(design, options, scenario_plant(as.nominal, design.model, as.hardware, as.seed).open());
+}
+
+namespace {
 
 /// Paper eq. 42, rho > |Delta| + kappa: what the model may have wrong, at the amplitudes of the nominal run, and the
 /// times of reaching and sliding that follow.
@@ -149,23 +173,39 @@ std::string limited_by(const std::map<std::string, double>& margins) {
   return fmt::format(" (limited by: {})", name_of(static_cast<DelayLimit>(static_cast<int>(limit->second))));
 }
 
-}  // namespace
+/// What a design that is certified may be trusted for.
+std::string trust_in(const std::map<std::string, double>& margins, const LoopMargins& loop, const Hardware& hardware,
+                     double stiffness_uncertainty) {
+  std::string text = fmt::format(
+      "stable on the tuning plant with {:.1f} ms more delay{}, gain up to {:.2g} times and "
+      "stiffness {:.0f} % lower; peak sensitivity {:.1f}, zone {}; peak at most {:.3f} mm with forces "
+      "{:.0f} % stronger or weaker, axes {:.1f} degrees off, the profile reversed and the critical speed "
+      "held; "
+      "simulation only",
+      1e3 * margins.at("delay_margin_s"), limited_by(margins), margins.at("gain_margin"), 100 * stiffness_uncertainty,
+      loop.peak_sensitivity, loop.zone(), 1e3 * margins.at("peak_m"), 100 * kGainTolerance,
+      kAxisTolerance * 180 / std::numbers::pi);
+  if (!hardware.modes.empty()) {
+    text += hardware.sign_cases().size() > 1
+                ? "; structural modes of either sign, up to 1.5 times as strong and 0.2 % off in frequency"
+                : "; structural modes of the sign found, up to 1.5 times as strong and 0.2 % off in frequency";
+  }
+  return text;
+}
 
-void assess(ControllerDesign& design, const DesignOptions& options) {
+/// The assessment; not `whole`: it ends, uncertified, at the first requirement that is missed.
+void assess_by(ControllerDesign& design, const DesignOptions& options, bool whole) {
   design.summary = {};
   design.margins.clear();
   for (const std::string& warning : control::design_warnings(design)) design.summary.warn(warning);
 
   const RotorModel& model = design.model;
-  const Hardware hardware = tuning_hardware(design, options.hardware);
-  const TuningScenario ringing = tuning_scenarios(hardware, options.stiffness_uncertainty).front();
-  TuningScenario nominal = ringing;
-  nominal.ringing = 0;  // what stands is then the loop's own
+  const auto [hardware, ringing, nominal, seed] = Certified(design, options);
   ControllerDesign trial = on_scenario(design, nominal);
-  trial.parameters["supervise"] = 0;               // the certificate is that of the loop alone
-  const std::uint64_t seed = options.seed + 1000;  // not the seed of the tuning
+  trial.parameters["supervise"] = 0;  // the certificate is that of the loop alone
   const ClosedLoopMetrics run = scenario_plant(nominal, model, hardware, seed).run(trial);
   auto& margins = design.margins;
+  margins["certified"] = 0;
   margins["nominal_peak_m"] = run.closed.all;
   margins["open_peak_m"] = run.open.all;
   margins["excess_variation"] = trial.margins["excess_variation"] = run.excess_variation;
@@ -176,46 +216,34 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   margins["peak_m"] = std::max(run.closed.all, runs.peak);
   margins["trip_displacement_m"] = trip_displacement(run.open.all, margins["peak_m"]);
 
-  const std::vector<SpeedMargins> speeds = margins_on(on_scenario(design, {}), model, hardware, options.threads);
-  const LoopMargins loop = worst_margins(speeds);
-  put_margins(margins, loop, design.sample_time);
-  const std::optional<Finding> no_margin = margin_failure(speeds, trial);
-
   // Stiffness at its lower bound.
   const double left = (1 - options.stiffness_uncertainty) + static_control_stiffness(trial) / model.k1;
   margins["static_stiffness"] = left;
   TuningScenario soft = nominal;
   soft.stiffness = 1 - options.stiffness_uncertainty;
   const bool soft_stable = scenario_plant(soft, model, hardware, seed).run(trial).verdict.stable;
-  supervise(design, options, watched_level(trial, ringing, model, hardware, seed), run);
+  if (!whole && (!refused.empty() || left <= 0 || !soft_stable)) return;
+
+  const std::vector<SpeedMargins> speeds = margins_on(on_scenario(design, {}), model, hardware, options.threads);
+  const LoopMargins loop = worst_margins(speeds);
+  put_margins(margins, loop, design.sample_time);
+  const std::optional<Finding> no_margin = margin_failure(speeds, trial);
+  if (!whole && no_margin) return;
+
+  add_supervision(design, options, run.open);
   ControllerDesign watched = on_scenario(design, ringing);
   watched.margins.clear();
   const std::string alarm = nominal_alarm(watched, ringing, model, hardware, seed, options.threads);
+  if (!whole && !alarm.empty()) return;
   if (alarm.empty() && loop.stable)
     put_delay(margins, delivered_delay(design, loop.delay, model, hardware, seed, options.threads));
   const bool certified = refused.empty() && alarm.empty() && !no_margin && left > 0 && soft_stable;
   margins["certified"] = certified ? 1 : 0;
-  const double percent = 100 * options.stiffness_uncertainty;
   add_sliding_margins(design, run, nominal, hardware, options.stiffness_uncertainty);
   design.summary.residual = run.closed.all;
   design.summary.trust =
-      certified
-          ? fmt::format(
-                "stable on the tuning plant with {:.1f} ms more delay{}, gain up to {:.2g} times and "
-                "stiffness {:.0f} % lower; peak sensitivity {:.1f}, zone {}; peak at most {:.3f} mm with forces "
-                "{:.0f} % stronger or weaker, axes {:.1f} degrees off, the profile reversed and the critical speed "
-                "held; "
-                "simulation only",
-                1e3 * margins["delay_margin_s"], limited_by(margins), margins["gain_margin"], percent,
-                loop.peak_sensitivity, loop.zone(), 1e3 * margins["peak_m"], 100 * kGainTolerance,
-                kAxisTolerance * 180 / std::numbers::pi)
-          : "not certified: see the warnings";
-  if (certified && !hardware.modes.empty()) {
-    design.summary.trust +=
-        hardware.sign_cases().size() > 1
-            ? "; structural modes of either sign, up to 1.5 times as strong and 0.2 % off in frequency"
-            : "; structural modes of the sign found, up to 1.5 times as strong and 0.2 % off in frequency";
-  }
+      certified ? trust_in(margins, loop, hardware, options.stiffness_uncertainty) : "not certified: see the warnings";
+  const double percent = 100 * options.stiffness_uncertainty;
   const auto missed = [&](std::string what, std::vector<Amount> amounts = {}) {
     design.summary.add({FindingCode::requirement_missed, Consequence::unusable, std::move(amounts), std::move(what)});
   };
@@ -231,5 +259,10 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   if (no_margin) missed("not certified, " + no_margin->where, no_margin->amounts);
   if (!alarm.empty()) missed("not certified: " + alarm);
 }
+
+}  // namespace
+
+void assess(ControllerDesign& design, const DesignOptions& options) { assess_by(design, options, true); }
+void assess_until_missed(ControllerDesign& design, const DesignOptions& options) { assess_by(design, options, false); }
 
 }  // namespace whirl::tuning

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <random>
 
@@ -38,18 +39,23 @@ Eigen::VectorXcd multisine(Eigen::Index samples, double rms, std::mt19937_64& ra
   return force * (rms * std::sqrt(2.0 * static_cast<double>(samples)) / force.norm());
 }
 
-SpeedMargins margins_at(const ControllerDesign& design, const rig::RigParameters& rig, double omega,
+/// The loop that is looked at: alone, its forces without limit. mpc takes the limit as part of its law: far away, it is
+/// the regulator.
+ControllerDesign free_loop(ControllerDesign design) {
+  design.force_limit = 0;
+  design.parameters["supervise"] = 0;
+  return design;
+}
+
+/// Margins of small motion, not held together yet; `free`: free_loop of the design.
+SpeedMargins margins_at(const ControllerDesign& free, const rig::RigParameters& rig, double omega,
                         const MarginOptions& o, std::uint64_t seed) {
-  const double h = design.sample_time;
+  const double h = free.sample_time;
   const Eigen::Index window = std::lround(o.window / h);
   const auto tables = rig::make_rig_tables(at_constant_speed(rig, omega, o.settle + o.window));
-  ControllerDesign free = design;
-  free.force_limit = 0;
-  free.parameters["supervise"] = 0;
-  // mpc takes the limit as part of its law: far away, it is the regulator
   const double force = o.force > 0 ? o.force : rig.rotor.stiffness * 1e-6;
   const ForceRun still = run_window(free, tables, seed, window, nullptr);
-  const bool follows = gain_follows_motion(design);
+  const bool follows = gain_follows_motion(free);
   SpeedMargins out;
   out.margins.omega = omega;
   bool holds = still.holds;
@@ -74,8 +80,6 @@ SpeedMargins margins_at(const ControllerDesign& design, const rig::RigParameters
   if (holds) {
     out.margins = margins_of(out.response);
     out.margins.omega = omega;
-    if (o.verify) TriedLoop(free, rig, omega, o, seed).verify(out.margins, follows);
-    hold_together(out.margins);
   } else {
     LoopMargins& m = out.margins;
     m.stable = false;
@@ -247,8 +251,11 @@ void hold_together(LoopMargins& m) {
   m.peak_frequency = m.gain_frequency;
 }
 
-std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig::RigParameters& rig,
-                                       const MarginOptions& options) {
+namespace {
+
+/// `worst_only`: as of worst_loop_margins.
+std::vector<SpeedMargins> margins_over_speeds(const ControllerDesign& design, const rig::RigParameters& rig,
+                                              const MarginOptions& options, bool worst_only) {
   require_range("speeds", options.speeds, 1, 1000);
   require_range("settle", options.settle, 0.1, 1000, "s");
   require_range("window", options.window, 0.5, 1000, "s");
@@ -260,14 +267,39 @@ std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig
   }
   control::make_controller(design);  // throws for whatever is wrong
   rig.check();
+  const ControllerDesign free = free_loop(design);
   const double top = std::max(std::abs(rig.profile.omega_start), std::abs(rig.profile.omega_end));
+  const auto omega = [&](int i) { return options.speeds > 1 ? top * i / (options.speeds - 1) : top; };
+  const auto seed = [&](int i) { return options.seed + static_cast<std::uint64_t>(i); };
   std::vector<SpeedMargins> out(static_cast<std::size_t>(options.speeds));
-  parallel_for(options.speeds, options.threads, [&](int i) {
-    const double omega = options.speeds > 1 ? top * i / (options.speeds - 1) : top;
-    out[static_cast<std::size_t>(i)] =
-        margins_at(design, rig, omega, options, options.seed + static_cast<std::uint64_t>(i));
+  parallel_for(options.speeds, options.threads,
+               [&](int i) { out[static_cast<std::size_t>(i)] = margins_at(free, rig, omega(i), options, seed(i)); });
+  // The speed that looks nearest to its limit first: it bounds what has to be tried at the others.
+  std::vector<int> order(out.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](int i) { return out[static_cast<std::size_t>(i)].margins.gain_up; });
+  const bool follows = gain_follows_motion(design);
+  Reach reach;
+  parallel_for(options.speeds, options.threads, [&](int k) {
+    const int i = order[static_cast<std::size_t>(k)];
+    LoopMargins& m = out[static_cast<std::size_t>(i)].margins;
+    if (m.stable && options.verify)
+      TriedLoop(free, rig, omega(i), options, seed(i)).verify(m, follows, worst_only ? &reach : nullptr);
+    reach.found(m);
+    if (m.stable) hold_together(m);
   });
   return out;
+}
+
+}  // namespace
+
+std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig::RigParameters& rig,
+                                       const MarginOptions& options) {
+  return margins_over_speeds(design, rig, options, false);
+}
+std::vector<SpeedMargins> worst_loop_margins(const ControllerDesign& design, const rig::RigParameters& rig,
+                                             const MarginOptions& options) {
+  return margins_over_speeds(design, rig, options, true);
 }
 
 std::optional<Finding> missed_margin(const LoopMargins& m, double sample_time, const VerdictLimits& limits) {

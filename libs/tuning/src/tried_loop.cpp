@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "whirl/control/controller.hpp"
 #include "whirl/control/lateral_model.hpp"
@@ -103,33 +102,50 @@ bool TriedLoop::holds(double gain, int delay) const {
   return run_window(design_, rig::make_rig_tables(p), seed_, window, nullptr).holds;
 }
 
-/// The first factor at which it stops to hold, up to kMostGain; infinite: it holds all the way. Limit cycles of sliding
-/// terms and adapted gains stand in islands, with a loop that holds beyond: steps of 2 %, 5 % far away, so that none is
-/// passed over.
-double TriedLoop::gain() const {
+/// The first factor at which it stops to hold, up to kMostGain; infinite: it holds all the way, or to `most`. Limit
+/// cycles of sliding terms and adapted gains stand in islands, with a loop that holds beyond: steps of 2 %, 5 % far
+/// away, so that none is passed over.
+double TriedLoop::gain(double most) const {
   double low = 1, high = 1;
   do {
     low = high;
     high = std::min(kMostGain, high * (high < kNear ? 1.02 : 1.05));
-    if (low >= kMostGain) return kInfinity;
+    if (low >= std::min(most, kMostGain)) return kInfinity;
   } while (holds(high, 0));
   const double middle = std::sqrt(low * high);
   return holds(middle, 0) ? std::sqrt(middle * high) : std::sqrt(low * middle);
 }
 
-/// Half-way between the last whole sample with which it holds and the next; infinite: beyond kMostDelay.
-double TriedLoop::delay() const {
+/// Half-way between the last whole sample with which it holds and the next; infinite: beyond kMostDelay or `most`.
+double TriedLoop::delay(double most) const {
+  const auto between = [&](int n) { return (n + 0.5) * design_.sample_time; };
   int n = 0;
-  while (n < kMostDelay && holds(1, n + 1)) ++n;
-  return n < kMostDelay ? (n + 0.5) * design_.sample_time : kInfinity;
+  while (n < kMostDelay && between(n) < most && holds(1, n + 1)) ++n;
+  return n < kMostDelay && between(n) < most ? between(n) : kInfinity;
 }
 
-void TriedLoop::verify(LoopMargins& m, bool follows) const {
+void TriedLoop::verify(LoopMargins& m, bool follows, const Reach* reach) const {
   const double inside = std::min(1 + 0.9 * (m.gain_up - 1), kMostGain);
-  if (follows || !holds(inside, 0)) m.gain_up = gain(), m.simulated = true;
+  if (follows || !holds(inside, 0)) m.gain_up = gain(reach ? reach->gain() : kInfinity), m.simulated = true;
   const double samples = m.delay / design_.sample_time;
   const int last = samples < kMostDelay ? static_cast<int>(std::floor(samples)) : kMostDelay;
-  if (follows || (last > 0 && !holds(1, last))) m.delay = delay(), m.simulated = true;
+  if (follows || (last > 0 && !holds(1, last)))
+    m.delay = delay(reach ? reach->delay(design_.sample_time) : kInfinity), m.simulated = true;
+}
+
+Reach::Reach() : gain_(kInfinity), delay_(kInfinity) {}
+
+double Reach::delay(double sample_time) const {
+  return std::max<double>(delay_, VerdictLimits().delay_samples * sample_time);
+}
+
+void Reach::found(const LoopMargins& m) {
+  const auto lower = [](std::atomic<double>& least, double value) {
+    double seen = least;
+    while (value < seen && !least.compare_exchange_weak(seen, value)) continue;
+  };
+  lower(gain_, std::max(m.gain_up, VerdictLimits().gain_up()));
+  lower(delay_, m.delay);
 }
 
 }  // namespace whirl::tuning

@@ -1,8 +1,10 @@
 #pragma once
 #include <Eigen/Core>
+#include <atomic>
 #include <complex>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "whirl/core/control_types.hpp"
 #include "whirl/rig/virtual_rig.hpp"
@@ -26,6 +28,19 @@ ForceRun run_window(const ControllerDesign& design, const std::shared_ptr<const 
 /// The rig at a constant speed, its forces without limit and resolution, its structure at rest.
 rig::RigParameters at_constant_speed(rig::RigParameters p, double omega, double duration);
 
+/// How far gain and delay are tried at the speeds of one loop, of which only the worst counts: to the least that was
+/// found at another speed, but always as far as VerdictLimits asks.
+class Reach {
+ public:
+  Reach();
+  double gain() const { return gain_; }
+  double delay(double sample_time) const;
+  void found(const LoopMargins& m);
+
+ private:
+  std::atomic<double> gain_, delay_;
+};
+
 /// The loop with another gain and further delay, left alone at a constant speed.
 class TriedLoop {
  public:
@@ -35,17 +50,23 @@ class TriedLoop {
   /// Puts what the running loop shows in the place of margins that it contradicts. `follows`: the gain of the law
   /// follows the motion, so that nothing but the running loop tells. Growth near the limit is slow: that a loop still
   /// holds outside its linear margins is no contradiction.
-  void verify(LoopMargins& m, bool follows) const;
+  /// `reach`: what is not found within it is infinite; null: tried as far as any is.
+  void verify(LoopMargins& m, bool follows, const Reach* reach = nullptr) const;
 
  private:
   bool holds(double gain, int delay) const;
-  double gain() const;
-  double delay() const;
+  double gain(double most) const;
+  double delay(double most) const;
 
   const ControllerDesign& design_;
   rig::RigParameters rig_;
   const MarginOptions& options_;
   std::uint64_t seed_;
 };
+
+/// loop_margins where only the worst over the speeds and margin_failure are asked for: they are the same, what a single
+/// speed has beyond is not looked for.
+std::vector<SpeedMargins> worst_loop_margins(const ControllerDesign& design, const rig::RigParameters& rig,
+                                             const MarginOptions& options);
 
 }  // namespace whirl::tuning

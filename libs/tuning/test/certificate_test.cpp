@@ -1,13 +1,18 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <random>
 #include <string>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 #include "rig_design.hpp"
 #include "whirl/control/supervisor.hpp"
+#include "whirl/testing/sequential_rate.hpp"
 #include "whirl/tuning/closed_loop.hpp"
 #include "whirl/tuning/design.hpp"
 #include "whirl/tuning/loop_margins.hpp"
@@ -71,8 +76,7 @@ TEST(CertificateE2e, ALoopThatLivesOnExactActuatorsIsNotCertified) {
 TEST(CertificateProperty, CertifiedDesignsKeepTheirPeakOnRigsWithStrongModes) {
   int certified = 0;
   for (const auto& [hertz, participation, law, estimator] :
-       {std::tuple{46.0, 0.03, "sta", "eso"}, std::tuple{46.0, 0.03, "lqr", "eso"},
-        std::tuple{46.0, 0.03, "pd_influence", "lpf"}, std::tuple{46.0, 0.1, "smc_implicit", "kfe"},
+       {std::tuple{46.0, 0.03, "lqr", "eso"}, std::tuple{46.0, 0.1, "smc_implicit", "kfe"},
         std::tuple{61.0, -0.1, "pd", "kfo"}, std::tuple{46.0, -0.3, "pd_notch", "lpf"}}) {
     const rig::RigParameters rig = rig_with_mode(hertz, participation);
     DesignOptions o = known_rig(rig, law, estimator);
@@ -112,48 +116,49 @@ rig::RigParameters drawn_machine(rig::RigParameters rig, std::mt19937_64& random
 }
 
 // What a certificate states holds on machines drawn apart, run down, run up and held at their critical speed: none
-// diverges or is worse than without control, and at most 5 % exceed its peak.
+// diverges or is worse than without control, and few exceed its peak, of which at most 5 % may. WHIRL_CERTIFIED=30
+// draws the machines of docs/validation-control.md.
 TEST(CertificateE2e, ThePeakHoldsOnMachinesDrawnApartThroughEveryCourse) {
-  constexpr int kMachines = 30;
+  const char* asked = std::getenv("WHIRL_CERTIFIED");
+  const std::uint64_t least = asked != nullptr ? std::strtoull(asked, nullptr, 10) : 0;
   const rig::RigParameters rig = rig_with_mode(46, 0.03);
-  long runs = 0, above = 0;
+  std::vector<std::pair<ControllerDesign, double>> designs;  // and the largest peak, m
   for (const auto& [law, estimator] :
        {std::pair{"tsmc", "kfe"}, std::pair{"pd", "kfo"}, std::pair{"pd_influence", "lpf"}}) {
     DesignOptions o = known_rig(rig, law, estimator);
-    o.evaluations = 24;
-    const ControllerDesign d = design(identified(rig), o);
-    const double stated = d.margins.at("peak_m");
-    const bool certified = d.margins.at("certified") == 1;
-    std::mt19937_64 random(4747);
-    double largest = 0;
-    long mine = 0;
-    for (int n = 0; n < kMachines && certified; ++n) {
+    o.evaluations = asked != nullptr ? 24 : 12;
+    designs.emplace_back(design(identified(rig), o), 0);
+    ASSERT_EQ(designs.back().first.margins.at("certified"), 1) << law;
+  }
+  std::mt19937_64 random(4747);
+  testing::SequentialRate kept(0.98, 0.9);
+  for (std::uint64_t n = 0; n < least || kept.open(); ++n) {
+    for (auto& [d, largest] : designs) {
       for (const int course : {0, 1, 2}) {
+        SCOPED_TRACE(d.law + " machine " + std::to_string(n) + " course " + std::to_string(course));
         ClosedLoopOptions options;
-        options.run.seed = 9000 + static_cast<std::uint64_t>(n);
+        options.run.seed = 9000 + n;
         const ClosedLoopMetrics run = ClosedLoopPlant(drawn_machine(rig, random, course), options).run(d);
-        EXPECT_EQ(run.survived, 1) << law << " machine " << n << " course " << course;
-        EXPECT_EQ(run.supervision & control::kUnheld, 0u) << law << " machine " << n << " course " << course;
-        EXPECT_LE(run.closed.all, 1.05 * run.open.all) << law << " machine " << n << " course " << course;
+        EXPECT_EQ(run.survived, 1);
+        EXPECT_EQ(run.supervision & control::kUnheld, 0u);
+        EXPECT_LE(run.closed.all, 1.05 * run.open.all);
+        kept.add(run.closed.all <= d.margins.at("peak_m"));
         largest = std::max(largest, run.closed.all);
-        mine += run.closed.all > stated;
-        ++runs;
       }
     }
-    above += mine;
-    std::printf("%s, %s: %s, stated %.1f um (typical %.1f), largest %.1f um, above it %ld\n", law, estimator,
-                certified ? "certified" : "not certified", 1e6 * stated,
-                certified ? 1e6 * d.margins.at("typical_peak_m") : 0, 1e6 * largest, mine);
   }
-  ASSERT_GE(runs, 3 * kMachines);
-  EXPECT_LE(static_cast<double>(above), 0.05 * static_cast<double>(runs));
+  for (const auto& [d, largest] : designs)
+    std::printf("%s, %s: stated %.1f um (typical %.1f), largest %.1f um\n", d.law.c_str(), d.estimator.c_str(),
+                1e6 * d.margins.at("peak_m"), 1e6 * d.margins.at("typical_peak_m"), 1e6 * largest);
+  std::printf("%d of %d runs above the peak that is stated\n", kept.draws() - kept.successes(), kept.draws());
+  EXPECT_TRUE(kept.sound());
 }
 
 // The delay that a certificate states is held by what is delivered, its supervision included: half a sample inside it
 // nothing steps in.
 TEST(CertificateE2e, TheStatedDelayIsHeldWithSupervision) {
   const rig::RigParameters rig = rig_with_mode(46, 0.03);
-  for (const auto& [law, estimator] : {std::pair{"pd", "lpf"}, std::pair{"tsmc", "kfe"}}) {
+  for (const auto& [law, estimator] : {std::pair{"pd", "lpf"}, std::pair{"pd", "kfe"}}) {
     DesignOptions o = known_rig(rig, law, estimator);
     o.evaluations = 4;
     const ControllerDesign d = design(identified(rig), o);

@@ -153,7 +153,7 @@ TEST(DesignUnit, IdentifiedRunoutIsThatOfThePhasors) {
 
 TEST(DesignProperty, SameResultForAnyNumberOfThreads) {
   const rig::RigParameters rig;
-  DesignOptions o = options_for(rig, "pd", "kalman", 5);
+  DesignOptions o = options_for(rig, "pd", "kfe", 5);
   o.threads = 1;
   const ControllerDesign one = design(model_found(rig), o);
   o.threads = 3;
@@ -172,7 +172,7 @@ TEST(DesignProperty, SameResultForAnyNumberOfThreads) {
 TEST(DesignUnit, ASearchOfAnyBudgetEnds) {
   const rig::RigParameters rig;
   for (const int budget : {1, 2, 3}) {
-    DesignOptions o = options_for(rig, "lsmc", "lpf", budget);
+    DesignOptions o = options_for(rig, "pd", "lpf", budget);
     o.progress.tuning = [&](const DesignProgress& p) {
       if (p.evaluation > 20) throw std::runtime_error("goes on");
     };
@@ -182,10 +182,10 @@ TEST(DesignUnit, ASearchOfAnyBudgetEnds) {
 
 TEST(DesignUnit, FixedParametersAreNotTouched) {
   const rig::RigParameters rig;
-  DesignOptions o = options_for(rig, "tsmc", "lpf", 3);
-  o.fixed = {{"exponent", 0.6}, {"cutoff", 150}, {"cancel", 0.8}};
+  DesignOptions o = options_for(rig, "pd", "lpf", 3);
+  o.fixed = {{"kd", 24}, {"cutoff", 150}, {"cancel", 0.8}};
   const ControllerDesign d = design(model_found(rig), o);
-  EXPECT_EQ(d.parameters.at("exponent"), 0.6);
+  EXPECT_EQ(d.parameters.at("kd"), 24);
   EXPECT_EQ(d.parameters.at("cutoff"), 150);
   EXPECT_EQ(d.parameters.at("cancel"), 0.8);
   EXPECT_NEAR(d.delay, 0.25e-3 + 1e-3 + 1 / (400 * std::numbers::pi), 1e-12);
@@ -268,7 +268,7 @@ TEST(DesignUnit, ErrorsNameTheField) {
   EXPECT_THROW(design(model, o), Error);
   model.rotor->gain = 0;
   EXPECT_THROW(design(model, options_for(rig, "tsmc", "lpf", 5)), Error);
-  o = options_for(rig, "tsmc", "lpf", 1);
+  o = options_for(rig, "pd", "lpf", 1);
   o.gain = 1 / 1.5;
   EXPECT_NO_THROW(design(model, o));
   model.rotor.reset();

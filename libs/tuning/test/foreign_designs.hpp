@@ -3,6 +3,7 @@
 #include <numbers>
 #include <string>
 
+#include "rig_design.hpp"
 #include "whirl/testing/foreign_rig.hpp"
 #include "whirl/tuning/design.hpp"
 
@@ -39,15 +40,25 @@ inline Hardware data_sheets(const testing::ForeignMachine& m) {
   return h;
 }
 
-inline ControllerDesign designed(const testing::ForeignMachine& m, const char* law, const char* estimator,
-                                 int evaluations = 12) {
+inline DesignOptions options_for(const testing::ForeignMachine& m, const char* law, const char* estimator) {
   DesignOptions o;
   o.law = law;
   o.estimator = estimator;
   o.feedforward = !std::string(law).starts_with("pd_");
   o.hardware = data_sheets(m);
+  return o;
+}
+
+inline ControllerDesign designed(const testing::ForeignMachine& m, const char* law, const char* estimator,
+                                 int evaluations = 12) {
+  DesignOptions o = options_for(m, law, estimator);
   o.evaluations = evaluations;
   return design(identified(m), o);
+}
+
+/// With the numbers that a search starts from, and the supervision of a design; no certificate.
+inline ControllerDesign watched_design(const testing::ForeignMachine& m, const char* law, const char* estimator) {
+  return watched_design(identified(m), options_for(m, law, estimator));
 }
 
 }  // namespace whirl::tuning

@@ -86,6 +86,7 @@ void count(std::uint64_t number, std::uint64_t runs, Count& all) {
   const std::optional<ControllerDesign> d = held(number);
   if (!d) return;
   ++all.designs;
+  fmt::print("machine {} ({}, {}) is held\n", number, d->law, d->estimator);
   const auto m = testing::LimitedMachine::draw(number);
   for (std::uint64_t k = 0; k < runs; ++k) {
     const testing::LimitedMachine off = m.off(1000 * number + k);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <cstdlib>
 #include <random>
 
 #include "response_estimate.hpp"
@@ -232,14 +233,17 @@ void compare_standing(const std::string& law, const std::string& estimator, std:
                    law + ":" + estimator + " machine " + std::to_string(seed));
 }
 
-// Thirty designs drawn at random: law, estimator, every number of them, machine and speed.
+// Designs drawn at random: law, estimator, every number of them, machine and speed. WHIRL_DRAWN_DESIGNS=30 prints what
+// docs/validation-control.md says.
 TEST(LoopMarginsProperty, DrawnDesignsAgreeWithTheInstabilityFoundBySimulation) {
   constexpr std::uint64_t kSeed = 4700;
   std::mt19937_64 random(kSeed);
   const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   const char* laws[] = {"tsmc", "lsmc", "pd", "lqr", "ftsmc", "pid", "pd_notch", "smc_implicit"};
   const char* estimators[] = {"lpf", "kfe", "eso", "kfo"};
-  for (std::uint64_t n = 0; n < 30; ++n) {
+  const char* asked = std::getenv("WHIRL_DRAWN_DESIGNS");
+  const std::uint64_t count = asked != nullptr ? std::strtoull(asked, nullptr, 10) : 12;
+  for (std::uint64_t n = 0; n < count; ++n) {
     const std::string law = laws[random() % std::size(laws)];
     const std::string estimator = law == "pd_notch" ? "lpf" : estimators[random() % std::size(estimators)];
     const rig::RigParameters p = machine(kSeed + n);
@@ -271,19 +275,16 @@ TEST(LoopMarginsProperty, EveryEstimatorAgreesWithTheInstabilityFoundBySimulatio
 }
 
 TEST(LoopMarginsProperty, EveryKindOnRandomMachinesAgreesWithTheInstabilityFoundBySimulation) {
-  // Laws with limit cycles of about the judge's size on three machines, further pairs on two.
-  for (const std::uint64_t seed : {4u, 6u, 10u}) {
-    for (const char* law : {"tsmc_paper", "sta", "sta_implicit", "bsmc"}) {
-      compare_standing(law, "lpf", seed, kTwoPi * 20);
-      compare_standing(law, "kfe", seed, kTwoPi * 20);
-    }
+  // Laws with limit cycles of about the judge's size on one of three machines each, further pairs on one of two.
+  const std::uint64_t seeds[] = {4, 6, 10};
+  int n = 0;
+  for (const char* law : {"tsmc_paper", "sta", "sta_implicit", "bsmc"}) {
+    for (const char* estimator : {"lpf", "kfe"}) compare_standing(law, estimator, seeds[n++ % 3], kTwoPi * 20);
   }
   const std::pair<const char*, const char*> pairs[] = {{"tsmc", "eso"}, {"asmc", "lpf"},        {"bsmc", "kalman"},
                                                        {"pd", "red"},   {"ntsmc", "kfe"},       {"sta_implicit", "lpf"},
                                                        {"lqr", "kfo"},  {"pd_influence", "lpf"}};
-  for (const std::uint64_t seed : {4u, 5u}) {
-    for (const auto& [law, estimator] : pairs) compare_standing(law, estimator, seed, kTwoPi * 22);
-  }
+  for (const auto& [law, estimator] : pairs) compare_standing(law, estimator, n++ % 2 == 0 ? 4 : 5, kTwoPi * 22);
 }
 
 /// The terminal sliding mode of the README with its numbers, on its machine.

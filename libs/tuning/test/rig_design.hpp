@@ -2,6 +2,7 @@
 #include <complex>
 #include <string>
 
+#include "design_parts.hpp"
 #include "whirl/rig/records.hpp"
 #include "whirl/tuning/design.hpp"
 
@@ -40,6 +41,13 @@ inline DesignOptions options_of(const Hardware& hardware, const std::string& law
   o.feedforward = !law.starts_with("pd_");
   o.hardware = hardware;
   return o;
+}
+
+/// With the numbers that a search starts from, and the supervision of a design; no certificate.
+inline ControllerDesign watched_design(const IdentifiedModel& model, const DesignOptions& o) {
+  ControllerDesign d = untuned_design(model, o);
+  add_supervision(d, o);
+  return d;
 }
 
 }  // namespace whirl::tuning

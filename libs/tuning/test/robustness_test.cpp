@@ -246,7 +246,7 @@ TEST(RobustnessUnit, BadCovarianceIsRefused) {
 TEST(CompareE2e, SameBudgetAndSeedsForEveryMethod) {
   const rig::RigParameters rig;
   CompareOptions o;
-  o.methods = {{"pd", "lpf", true, {}}, {"pd_notch", "lpf", false, {}}, {"tsmc", "kfe", true, {}}};
+  o.methods = {{"pd", "lpf", true, {}}, {"pd_notch", "lpf", false, {}}, {"pd", "kfe", true, {}}};
   o.design.hardware = data_sheet(rig);
   o.design.evaluations = 6;
   o.seeds = {101, 102};

@@ -152,7 +152,7 @@ void live(const ControllerDesign& d, const Exported& exported, std::uint64_t see
 }
 
 void compare(const ControllerDesign& d, std::uint32_t expected) {
-  const Exported exported(d);
+  const Exported exported(d, "", testing::kStrictC99);
   ASSERT_NE(exported.go, nullptr);
   Seen seen;
   // The last ones: rounding left a sum of squares below zero at the first reading of these.

@@ -14,6 +14,12 @@ struct LoopChange {
   bool synchronous = true;  ///< the turning part acts
 };
 
+/// What a loop answers at one frequency.
+struct LineResponse {
+  Eigen::MatrixXcd influence, output_sensitivity;  ///< readings per newton added to commands, per metre to readings
+  Eigen::MatrixXcd of_commands, of_readings;       ///< forces per newton added to commands, per metre to readings
+};
+
 /// Plant and controller at one speed, as x <- matrix x. States: plant, controller, forces (those on their way last),
 /// turning part.
 class ClosedLoop {
@@ -22,16 +28,14 @@ class ClosedLoop {
   const Eigen::MatrixXd& matrix() const { return matrix_; }
   /// Largest growth rate, 1/s; positive: unstable.
   double growth() const;
+  /// Whether it is negative, most often told by powers of the matrix alone.
+  bool decays() const;
   /// The sign of it alone, by powers of the matrix: for large ones. Growth below 1e-3 1/s passes.
   bool stable() const;
   /// Poles as of continuous time, 1/s, those with an imaginary part >= 0.
   std::vector<std::complex<double>> poles() const;
-  /// Readings per newton added to the commands, and per metre added to the readings, at `frequency` (rad/s).
-  Eigen::MatrixXcd influence(double frequency) const;
-  Eigen::MatrixXcd output_sensitivity(double frequency) const;
-  /// Forces per newton added to the commands, and per metre added to the readings.
-  Eigen::MatrixXcd forces_of_commands(double frequency) const;
-  Eigen::MatrixXcd forces_of_readings(double frequency) const;
+  /// At `frequency` (rad/s).
+  LineResponse line(double frequency) const;
   /// Of each actuator with the loops of all others closed: what acts per what is added there (ISO 14839-3).
   Eigen::VectorXd sensitivity(double frequency) const;
   /// Rms of each force per rms of white noise of every probe, N/m.
@@ -41,8 +45,10 @@ class ClosedLoop {
 
  private:
   Eigen::MatrixXcd respond(double frequency, const Eigen::MatrixXd& input) const;
+  const Eigen::VectorXcd& eigenvalues() const;
 
   Eigen::MatrixXd matrix_, read_, command_, disturb_, push_;
+  mutable Eigen::VectorXcd eigenvalues_;  ///< empty until asked for
   Eigen::Index force_at_ = 0;
   double step_ = 0;
 };

@@ -54,13 +54,13 @@ class Designer {
     }
   }
 
-  /// Feedback of the law; false where these numbers have none.
-  bool feedback(const Law& law, const std::vector<double>& numbers, RotorController& c) const {
+  /// Feedback by the gains of a law; false where these numbers have none.
+  bool feedback(const LawGains& gains, const std::vector<double>& numbers, RotorController& c) const {
     c = {};
     c.sample_time = o_.sample_time;
     c.probes = task_.probes;
     c.actuators = task_.actuators;
-    c.gains = law.gains(task_, numbers);
+    c.gains = gains(numbers);
     return !c.gains.empty();
   }
 
@@ -72,7 +72,8 @@ class Designer {
     for (int k = 0; k < count; ++k) {
       const double speed = speed_at(o_, k, count);
       const ClosedLoop loop(plants_.at(speed, o_.sample_time), c, speed, {.synchronous = false});
-      const MatrixXcd influence = loop.influence(speed), acting = loop.forces_of_commands(speed);
+      const LineResponse line = loop.line(speed);
+      const MatrixXcd &influence = line.influence, &acting = line.of_commands;
       const Index p = influence.rows(), m = influence.cols();
       if (acting.norm() < kCancelled) {
         // The feedback takes away whatever is commanded, as an integral does at rest: nothing is to be learned.
@@ -88,8 +89,7 @@ class Designer {
       SynchronousGains g{speed, inverse.leftCols(p), weight * inverse.rightCols(m), VectorXcd::Zero(m), limits(c)};
       const VectorXcd open = plants_.unbalance_readings(speed);
       if (o_.unbalance_known)
-        g.start = -g.correction * (loop.output_sensitivity(speed) * open) -
-                  g.relief * (loop.forces_of_readings(speed) * open);
+        g.start = -g.correction * (line.output_sensitivity * open) - g.relief * (line.of_readings * open);
       for (Index j = 0; j < g.start.size(); ++j) {
         g.most[j] /= std::min(1.0, std::abs(acting(j, j)));
         if (std::abs(g.start[j]) > g.most[j]) g.start[j] *= g.most[j] / std::abs(g.start[j]);
@@ -113,21 +113,26 @@ class Designer {
   }
 
   /// Least damping ratio over the schedule where the loop is allowed, as far as it is of use, less a hundredth for
-  /// every decade of force that noise of the probes makes; below -1 elsewhere, the less the better.
-  double score(const RotorController& c) const {
+  /// every decade of force that noise of the probes makes; below -1 elsewhere, the less the better. Where it falls
+  /// below `least`, a bound of it that does too.
+  double score(const RotorController& c, double least) const {
     constexpr double kEnough = 0.2;
-    double damping = kEnough, peak = 0, noise = 0;
-    for (std::size_t k = 0; k < task_.plants.size(); ++k) {
-      const ClosedLoop loop(task_.plants[k], c, task_.speeds[k], {.synchronous = false});
+    for (std::size_t k = 0; k < task_.plants.size(); ++k)
       for (LoopChange change : kLoopChanges) {
         change.synchronous = false;
-        if (!(ClosedLoop(task_.plants[k], c, task_.speeds[k], change).growth() < 0)) return -1e9;
+        if (!ClosedLoop(task_.plants[k], c, task_.speeds[k], change).decays()) return -1e9;
       }
-      peak = std::max(peak, loop.sensitivity_peak().maxCoeff());
+    double damping = kEnough, peak = 0, noise = 0;
+    const auto so_far = [&] { return peak < 0.97 * o_.sensitivity ? damping - 0.01 * std::log10(noise) : -1 - peak; };
+    for (std::size_t k = 0; k < task_.plants.size(); ++k) {
+      const ClosedLoop loop(task_.plants[k], c, task_.speeds[k], {.synchronous = false});
       damping = std::min(damping, least_damping(loop.poles()));
       noise = std::max(noise, loop.force_noise().maxCoeff());
+      if (so_far() < least) break;
+      peak = std::max(peak, loop.sensitivity_peak().maxCoeff());
+      if (so_far() < least) break;
     }
-    return peak < 0.97 * o_.sensitivity ? damping - 0.01 * std::log10(noise) : -1 - peak;
+    return so_far();
   }
 
   double least_damping(const auto& poles) const {
@@ -137,6 +142,7 @@ class Designer {
     return least;
   }
   const PlantFamily& plants() const { return plants_; }
+  const LawTask& task() const { return task_; }
 
  private:
   ControlOptions o_;
@@ -170,7 +176,8 @@ constexpr Checked kCases[] = {{ControlCase::nominal, {}},
 /// What acts at one turn after the start, feedback and turning part together.
 VectorXd turning_force(const PlantFamily& plants, const ClosedLoop& loop, const RotorController& c, double speed) {
   const VectorXcd start = c.synchronous_at(speed).start, open = plants.unbalance_readings(speed);
-  return (loop.forces_of_commands(speed) * start + loop.forces_of_readings(speed) * open).cwiseAbs();
+  const LineResponse line = loop.line(speed);
+  return (line.of_commands * start + line.of_readings * open).cwiseAbs();
 }
 
 void look(const ControlOptions& o, const Designer& designer, ControlDesign& d) {
@@ -351,10 +358,16 @@ ControlDesign design_rotor_control(const Rotor& rotor, const ControlOptions& o) 
   require_options(rotor, o);
   const Law& law = law_of(o);
   const Designer designer(rotor, o);
+  const LawGains gains = law.gains_on(designer.task());
   std::vector<std::pair<double, std::vector<double>>> ranked;
+  std::vector<double> best_scores;  // of the first kTried, descending
   for (const std::vector<double>& numbers : tried(law, o)) {
     RotorController c;
-    if (designer.feedback(law, numbers, c)) ranked.emplace_back(designer.score(c), numbers);
+    if (!designer.feedback(gains, numbers, c)) continue;
+    const double score = designer.score(c, best_scores.size() < kTried ? -1e300 : best_scores.back());
+    ranked.emplace_back(score, numbers);
+    best_scores.insert(std::ranges::upper_bound(best_scores, score, std::ranges::greater()), score);
+    if (best_scores.size() > kTried) best_scores.pop_back();
   }
   if (ranked.empty())
     throw Error("no controller: an unstable or undamped mode is out of reach of the actuators or the probes");
@@ -364,7 +377,7 @@ ControlDesign design_rotor_control(const Rotor& rotor, const ControlOptions& o) 
   for (std::size_t k = 0; k < std::min<std::size_t>(kTried, ranked.size()); ++k) {
     const std::vector<double>& numbers = ranked[k].second;
     ControlDesign d;
-    designer.feedback(law, numbers, d.controller);
+    designer.feedback(gains, numbers, d.controller);
     designer.turning(d.controller);
     d.refused = trials.refusals(d.controller, k > 0);  // of those tried later only one without counts
     d.law = law.name;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "whirl/core/control_types.hpp"
+#include "whirl/testing/control/small_turn.hpp"
 
 /// A machine that libs/rig does not know: forces written one by one in real coordinates, fifth-order Dormand-Prince
 /// steps of 50 us, its own encoder, hold and delay. Drawn from a seed. Nothing here knows RotorModel or RigParameters.
@@ -135,8 +137,9 @@ class ForeignRig {
   }
   State rates(const State& s, const Command& u, double slowing) const {
     State d{};
-    const double x = s[0], y = s[1], vx = s[2], vy = s[3], w = s[13], c = std::cos(s[12] + m_.unbalance_angle),
-                 sn = std::sin(s[12] + m_.unbalance_angle), r2 = x * x + y * y;
+    const std::complex<double> turn = turned_ * small_turn(s[12] - s_[12]);
+    const double x = s[0], y = s[1], vx = s[2], vy = s[3], w = s[13], c = turn.real(), sn = turn.imag(),
+                 r2 = x * x + y * y;
     const double k = m_.stiffness + m_.cubic * r2 + m_.quintic * r2 * r2;
     const double ax = (s[14] - k * x - m_.quadratic * x * x - m_.damping * vx - m_.gyroscopic * w * vy) / m_.mass +
                       m_.unbalance * (w * w * c + slowing * sn);
@@ -161,6 +164,7 @@ class ForeignRig {
   void dormand_prince() noexcept {
     const double t = static_cast<double>(step_) * kStep, slowing = t < m_.down ? (m_.bottom - m_.top) / m_.down : 0;
     last_ = acting(t + 1e-9);
+    turned_ = std::polar(1.0, s_[12] + m_.unbalance_angle);
     const auto at = [&](std::initializer_list<std::pair<double, const State*>> parts) {
       State s = s_;
       for (const auto& [a, k] : parts) {
@@ -232,6 +236,7 @@ class ForeignRig {
   std::mt19937_64 random_;
   State s_{};
   std::vector<Command> commands_;
+  std::complex<double> turned_;  // the unbalance at the beginning of the step
   Command last_, seen_;
   Measurement reading_;
   long tick_ = 0, step_ = 0;

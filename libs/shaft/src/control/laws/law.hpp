@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <string_view>
 #include <vector>
 
@@ -25,11 +26,14 @@ struct LawNumber {
   int count = 1;
 };
 
+/// Feedback at some or all speeds of a task by the numbers of a law; empty where these numbers have none.
+using LawGains = std::function<std::vector<ControlGains>(const std::vector<double>& numbers)>;
+
 struct Law {
   std::string_view name;
   std::vector<LawNumber> numbers;
-  /// Feedback at some or all speeds of the task; empty where these numbers have none.
-  std::vector<ControlGains> (*gains)(const LawTask&, const std::vector<double>& numbers);
+  /// Of the task, which must live as long. It may keep what several sets of numbers have in common.
+  LawGains (*gains_on)(const LawTask&);
 };
 
 extern const Law kLqg, kPid;

@@ -91,6 +91,8 @@ std::vector<ControlGains> pid_gains(const LawTask& task, const std::vector<doubl
 
 const Law kPid{"pid",
                {{"frequency", "1/s", 1e-4, 0.1, 10}, {"damping_ratio", "", 0.1, 5, 6}, {"corner_ratio", "", 3, 100, 4}},
-               pid_gains};
+               [](const LawTask& task) -> LawGains {
+                 return [&task](const std::vector<double>& numbers) { return pid_gains(task, numbers); };
+               }};
 
 }  // namespace whirl::shaft

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "whirl/core/control_types.hpp"
+#include "whirl/testing/control/small_turn.hpp"
 
 /// A rotor with a gyroscopic second mode on amplifiers and sensors as data sheets describe them: limits of force and
 /// slew, hysteresis, low-pass, jitter of the sampling, a drive that the unbalance brakes. Fourth-order Runge-Kutta in
@@ -114,6 +115,7 @@ class LimitedRig {
   static constexpr int kSteps = 8;
 
   LimitedRig(const LimitedMachine& machine, std::uint64_t seed) : m_(machine), random_(seed * 99991 + 17) {
+    measure_vectors();
     s_.speed = m_.from;
     if (m_.whirling && m_.from > 0) {
       const double w = m_.from;
@@ -121,7 +123,7 @@ class LimitedRig {
       s_.z = std::polar(m_.unbalance, m_.unbalance_angle) * m_.mass * w * w / stiff;
       s_.v = Complex{0, w} * s_.z;
     }
-    s_.seen = seen(s_);
+    s_.seen = seen(s_, std::polar(1.0, s_.angle));
     sent_.fill({});
     turn_ = 0, rate_ = m_.from;
     sense();
@@ -159,9 +161,12 @@ class LimitedRig {
   };
   static std::size_t slot(long tick) { return static_cast<std::size_t>(tick + 64) % 64; }
 
-  Complex seen(const State& s) const {
-    return s.z + s.p + std::polar(m_.runout, s.angle + m_.runout_angle) +
-           0.4 * std::polar(m_.runout, 2 * s.angle - m_.runout_angle);
+  /// `turn`: e^{i angle}.
+  Complex seen(const State& s, Complex turn) const {
+    return s.z + s.p + turn * (runout_ + 0.4 * turn * std::conj(runout_));
+  }
+  void measure_vectors() {
+    unbalance_ = std::polar(m_.unbalance, m_.unbalance_angle), runout_ = std::polar(m_.runout, m_.runout_angle);
   }
   double reference(double t) const {
     const double part = std::clamp(t / m_.ramp, 0.0, 1.0);
@@ -191,7 +196,8 @@ class LimitedRig {
     State d;
     const double w = s.speed, r2 = std::norm(s.z), second = 2 * std::numbers::pi * m_.second_hertz;
     const double torque = m_.drive * (reference(t) - w);
-    const Complex arm = std::polar(m_.unbalance, s.angle + m_.unbalance_angle);
+    const Complex turn = turned_ * small_turn(s.angle - s_.angle);
+    const Complex arm = unbalance_ * turn;
     d.angle = w;
     // The drive carries the disc's centre of mass round the shaft: its acceleration brakes and drives the shaft.
     const Complex inner = (s.force - (m_.stiffness + m_.cubic * r2) * s.z - m_.damping * s.v) / m_.mass;
@@ -205,7 +211,7 @@ class LimitedRig {
     d.q = -second * second * s.p - Complex{2 * m_.second_damping * second, -m_.second_split * w} * s.q +
           m_.second_share / m_.mass * s.force + m_.second_unbalance * m_.second_share * turning;
     d.force = (target_ - s.force) / m_.lag;
-    d.seen = (seen(s) - s.seen) / m_.sensor_lag;
+    d.seen = (seen(s, turn) - s.seen) / m_.sensor_lag;
     return d;
   }
   static State along(const State& s, const State& d, double h) {
@@ -218,7 +224,9 @@ class LimitedRig {
     // The lags are shorter than what four stages bear at this step: in parts.
     const int parts = std::max(1, static_cast<int>(std::ceil(h / (1.5 * std::min(m_.lag, m_.sensor_lag)))));
     const double dt = h / parts;
+    measure_vectors();
     for (int i = 0; i < parts; ++i, t += dt) {
+      turned_ = std::polar(1.0, s_.angle);
       const State a = rates(s_, t), b = rates(along(s_, a, 0.5 * dt), t + 0.5 * dt);
       const State c = rates(along(s_, b, 0.5 * dt), t + 0.5 * dt), d = rates(along(s_, c, dt), t + dt);
       s_ = along(along(along(along(s_, a, dt / 6), b, dt / 3), c, dt / 3), d, dt / 6);
@@ -255,6 +263,7 @@ class LimitedRig {
   State s_;
   std::array<Complex, 64> sent_{};
   Complex target_, looked_;
+  Complex turned_, unbalance_, runout_;  // of a step: its first angle; of the machine
   std::array<double, 2> slewed_{}, played_{};
   Measurement reading_;
   long tick_ = 0;
