@@ -66,7 +66,7 @@ function(whirl_precompile target kind)
   if(NOT TARGET ${owner})
     set(source "${PROJECT_BINARY_DIR}/headers.cpp")
     file(CONFIGURE OUTPUT "${source}" CONTENT "int main() {}\n")
-    if(kind MATCHES "library|guarded")
+    if(kind MATCHES "library|guarded|program")
       add_library(${owner} OBJECT "${source}")
     else()
       add_executable(${owner} EXCLUDE_FROM_ALL "${source}") # compiled as programs are

@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
 """What is written about the program against the program.
 
-Usage: documents.py SOURCE_DIR WHIRL manual|completion|commands|links|snippets|words|sentences|messages|version
+Usage: documents.py SOURCE_DIR WHIRL CHECK...      CHECK: manual, completion, commands, links, snippets, words, sentences,
+                                                  messages, version
 
-Exit code 1 and one line per deviation. The checks of the language are in plain_words.py.
+Exit code 1 and one line per deviation. The checks of the language are in plain_words.py. Checks of one call ask the program
+for its helps once.
 """
+import functools
 import pathlib
 import re
 import shlex
@@ -39,6 +42,7 @@ def subcommands(text):
     return names
 
 
+@functools.cache
 def tree(program):
     """place (a tuple of words) -> its help."""
     found, todo = {}, [()]
@@ -243,8 +247,9 @@ def version(root, program):
     return wrong
 
 
+CHECKS = {f.__name__: f for f in (manual, completion, commands, links, snippets, words, sentences, messages, version)}
+
 if __name__ == "__main__":
-    deviations = {f.__name__: f for f in (manual, completion, commands, links, snippets, words, sentences, messages, version)}[sys.argv[3]](
-        pathlib.Path(sys.argv[1]).resolve(), sys.argv[2])
+    deviations = [w for check in sys.argv[3:] for w in CHECKS[check](pathlib.Path(sys.argv[1]).resolve(), sys.argv[2])]
     print("\n".join(deviations))
-    sys.exit(1 if deviations else 0)
+    sys.exit(1 if deviations or not sys.argv[3:] else 0)

@@ -13,18 +13,22 @@ namespace {
 constexpr int kDegree = 5;
 using Basis = std::array<double, kDegree + 1>;
 
-// Cardinal B-spline N_d at u + j, j = 0 .. d: N_d(x) = (x N_{d-1}(x) + (d + 1 - x) N_{d-1}(x - 1)) / d.
-Basis cardinal(int degree, double u) {
-  Basis b{};
-  b[0] = 1;
-  for (int d = 1; d <= degree; ++d) {
-    for (int j = d; j >= 0; --j) {
-      const double x = u + j;
-      const double below = j > 0 ? b[static_cast<std::size_t>(j - 1)] : 0.0;
-      const double here = j < d ? b[static_cast<std::size_t>(j)] : 0.0;
-      b[static_cast<std::size_t>(j)] = (x * here + (d + 1 - x) * below) / d;
-    }
+// Cardinal B-spline N_d at u + j, j = 0 .. d, from N_{d-1}: N_d(x) = (x N_{d-1}(x) + (d + 1 - x) N_{d-1}(x - 1)) / d.
+template <int d>
+void raise(Basis& b, double u) {
+  for (int j = d; j >= 0; --j) {
+    const double x = u + j;
+    const double below = j > 0 ? b[static_cast<std::size_t>(j - 1)] : 0.0;
+    const double here = j < d ? b[static_cast<std::size_t>(j)] : 0.0;
+    b[static_cast<std::size_t>(j)] = (x * here + (d + 1 - x) * below) / d;
   }
+}
+
+Basis cubic(double u) {
+  Basis b{1};
+  raise<1>(b, u);
+  raise<2>(b, u);
+  raise<3>(b, u);
   return b;
 }
 
@@ -56,7 +60,9 @@ SmoothCurve SmoothCurve::spline(const Eigen::VectorXd& t, const Eigen::VectorXd&
   for (Eigen::Index n = 0; n < t.size(); ++n) {
     const double x = (t[n] - c.start_) / c.width_;
     const int i = std::clamp(static_cast<int>(x), 0, intervals - 1);
-    const Basis b = cardinal(kDegree, x - i);
+    Basis b = cubic(x - i);
+    raise<4>(b, x - i);
+    raise<kDegree>(b, x - i);
     const double value = y[n] - y[0] - slope * (t[n] - t[0]);
     for (int j = 0; j <= kDegree; ++j) {  // coefficient i + j has value b[5 - j]
       const double bj = b[static_cast<std::size_t>(kDegree - j)];
@@ -98,7 +104,11 @@ Eigen::Vector3d SmoothCurve::at(double t) const {
   } else {
     const int i = std::clamp(static_cast<int>(std::floor(x)), 0, intervals_ - 1);
     const double u = x - i;
-    const Basis b5 = cardinal(5, u), b4 = cardinal(4, u), b3 = cardinal(3, u);
+    const Basis b3 = cubic(u);
+    Basis b4 = b3;
+    raise<4>(b4, u);
+    Basis b5 = b4;
+    raise<kDegree>(b5, u);
     const auto get = [](const Basis& b, int j, int degree) {
       return j >= 0 && j <= degree ? b[static_cast<std::size_t>(j)] : 0.0;
     };
@@ -119,7 +129,9 @@ void SmoothCurve::set_residual(const Eigen::VectorXd& t, const Eigen::VectorXd& 
   for (Eigen::Index n = 0; n < t.size(); ++n) {
     const double x = (t[n] - start_) / width_;
     const int i = std::clamp(static_cast<int>(x), 0, intervals_ - 1);
-    const Basis b = cardinal(kDegree, x - i);
+    Basis b = cubic(x - i);
+    raise<4>(b, x - i);
+    raise<kDegree>(b, x - i);
     double v = 0;
     for (int j = 0; j <= kDegree; ++j) v += coefficients_[i + kDegree - j] * b[static_cast<std::size_t>(j)];
     sum += (v - y[n]) * (v - y[n]);

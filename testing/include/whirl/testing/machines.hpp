@@ -90,21 +90,28 @@ using State = std::array<double, 8>;  // x, x', y, y', tilt p, p', q, q'
 
 inline State slope(const Machine& m, double t, double beta, double w, double a, const State& s) {
   const double x = s[0], vx = s[1], y = s[2], vy = s[3];
-  const double turn = m.bow_phase + beta;
-  const double dx = x - m.bow * std::cos(turn), dy = y - m.bow * std::sin(turn);  // deflection of the shaft
+  // Sines and roots are most of the cost of a record: those of a force that is not there are left out.
+  double dx = x, dy = y;  // deflection of the shaft
+  if (m.bow != 0) dx -= m.bow * std::cos(m.bow_phase + beta), dy -= m.bow * std::sin(m.bow_phase + beta);
   const double late = t / m.horizon, fast = std::abs(w) / m.top_speed;
   const double k = m.k * (1 + m.k_in_time * late) * (1 + m.k_with_speed * fast);
   const double c = m.c * (1 + m.c_in_time * late) * (1 + m.c_with_speed * fast);
-  const double r2 = dx * dx + dy * dy, speed = std::hypot(vx, vy);
+  const double r2 = dx * dx + dy * dy;
   const double radial = k + m.cubic * r2 + m.quintic * r2 * r2;
   double fx = -radial * dx - m.cubic_axis * dx * dx * dx, fy = -radial * dy - m.cubic_axis * dy * dy * dy;
   const double leaning = m.lean_x * dx + m.lean_y * dy;
   fx -= leaning * dx + 0.5 * r2 * m.lean_x, fy -= leaning * dy + 0.5 * r2 * m.lean_y;
-  const double ca = std::cos(m.split_angle), sa = std::sin(m.split_angle);
-  const double along = ca * dx + sa * dy, across = -sa * dx + ca * dy;
-  fx -= m.k * m.split * (ca * along + sa * across);
-  fy -= m.k * m.split * (sa * along - ca * across);
-  const double drag = c + m.quadratic * speed + m.dry / std::hypot(speed, 1e-4);
+  if (m.split != 0) {
+    const double ca = std::cos(m.split_angle), sa = std::sin(m.split_angle);
+    const double along = ca * dx + sa * dy, across = -sa * dx + ca * dy;
+    fx -= m.k * m.split * (ca * along + sa * across);
+    fy -= m.k * m.split * (sa * along - ca * across);
+  }
+  double drag = c;
+  if (m.quadratic != 0 || m.dry != 0) {
+    const double speed = std::hypot(vx, vy);
+    drag += m.quadratic * speed + m.dry / std::hypot(speed, 1e-4);
+  }
   fx -= drag * vx + m.c_rotating * (vx + w * y) + m.gyroscopic * w * vy + m.cross * y;
   fy -= drag * vy + m.c_rotating * (vy - w * x) - m.gyroscopic * w * vx - m.cross * x;
   const double heavy = m.e_phase + beta, w2 = w * w;
