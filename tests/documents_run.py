@@ -112,7 +112,7 @@ def systems():
     """A driven Duffing oscillator with a lagging store, and a rotor's run-up under a motor."""
     for name, seed in (("a", 3), ("b", 4)):
         r = np.random.default_rng(seed)
-        n, h = 3000, 2e-2
+        n, h = 1500, 2e-2
         u = np.repeat(r.normal(0, 1, n // 10), 10)
         z = np.zeros((n, 3))
         z[0] = (0.2, 0, 1.5)
@@ -196,6 +196,7 @@ def laboratory():
     shutil.copytree(root / "examples/data", folder / "examples/data")
     for name in ("fan3", "rig2"):
         (folder / f"{name}.toml").write_text('[machine]\nname = "Fan 3"\nservice_rpm = 2958\n[measurement]\nanalyst = "A. Weber"\n')
+    (folder / "brief.toml").write_text("[profile]\nramp_s = 4\ndwell_end_s = 0.2\n")  # designs are tried on shorter runs
     (folder / "slow.toml").write_text("[profile]\nstart_rpm = 33.4\nend_rpm = 23.9\nramp_s = 9\ndwell_end_s = 0\n")
     (folder / "asfound.csv").write_text("run_1,speed_rpm,x_amp_um,x_phase_deg,y_amp_um,y_phase_deg,P1_mass_gram,P1_angle_deg\n"
                                         "1,1500,420,182,418,92,0,0\n")
@@ -236,8 +237,11 @@ BEFORE = {  # the command that needs it, and no other command of a document
 
 def cheaper(command):
     """The command with less work in it where its form and not its numbers is what is tried here."""
-    if command.startswith("whirl design") and "--evaluations" not in command:
-        return command + " --evaluations 24"
+    if command.startswith("whirl design"):
+        few = "" if "--evaluations" in command else " --evaluations 12"
+        return command + few + ("" if "--hardware" in command else " --hardware brief.toml")
+    if command.startswith("whirl rig record") and "--snr-db" not in command:
+        return command + " --snr-db 20"  # nearly without noise, an identification finds more and takes thrice as long
     if re.search("whirl monitor|--monitor", command):
         return f"timeout --foreground --preserve-status -s INT 3 {command} --port 0"
     return command

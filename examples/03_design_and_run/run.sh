@@ -4,7 +4,7 @@ set -euo pipefail
 out=${1:-out/03_design_and_run}
 mkdir -p "$out" && cd "$out"
 
-whirl rig record --added-mass-g 5 --out rundown.csv
+whirl rig record --added-mass-g 5 --snr-db 20 --out rundown.csv
 whirl rig stiffness --out pull_x.csv
 whirl identify rundown.csv --out model.json
 whirl stiffness pull_x.csv --out stiffness.json

@@ -4,7 +4,7 @@ set -euo pipefail
 out=${1:-out/06_export}
 mkdir -p "$out" && cd "$out"
 
-whirl rig record --added-mass-g 5 --out rundown.csv
+whirl rig record --added-mass-g 5 --snr-db 20 --out rundown.csv
 whirl identify rundown.csv --out model.json
 whirl design model.json --mass-kg 1.5 --law tsmc --evaluations 20 --out controller.json
 

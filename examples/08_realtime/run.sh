@@ -6,7 +6,7 @@ out=${1:-out/08_realtime}
 mkdir -p "$out" && cd "$out"
 rm -f io.toml run.h5
 
-whirl rig record --added-mass-g 5 --out rundown.csv
+whirl rig record --added-mass-g 5 --snr-db 20 --out rundown.csv
 whirl identify rundown.csv --out model.json
 whirl design model.json --mass-kg 1.5 --law tsmc --evaluations 20 --out controller.json
 

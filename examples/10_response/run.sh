@@ -4,7 +4,7 @@ set -euo pipefail
 out=${1:-out/10_response}
 mkdir -p "$out" && cd "$out"
 
-whirl rig record --added-mass-g 5 --out rundown.csv
+whirl rig record --added-mass-g 5 --snr-db 20 --out rundown.csv
 whirl identify rundown.csv --out model.json --quiet
 
 # Steady answers with the band of the model's covariance; dotted beyond what the record covered.

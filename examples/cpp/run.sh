@@ -5,8 +5,8 @@ out=${1:-out/cpp}
 hammer=$(cd "$(dirname "$0")/../data" && pwd)/hammer.csv.gz
 mkdir -p "$out" && cd "$out"
 
-whirl rig record --added-mass-g 5 --out rundown.csv
-whirl rig record --added-mass-g 5 --run-up --seed 2 --out runup.csv
+whirl rig record --added-mass-g 5 --snr-db 20 --out rundown.csv
+whirl rig record --added-mass-g 5 --run-up --seed 2 --snr-db 20 --out runup.csv
 
 example_hammer_modes "$hammer" | tee modes.txt
 grep -q "^695.74 Hz" modes.txt
