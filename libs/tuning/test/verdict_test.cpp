@@ -236,7 +236,7 @@ TEST(StructureE2e, DesignOnMeasuredSignsHoldsOnThatRig) {
     Hardware hardware = data_sheet(rig);
     hardware.modes = structure_modes(hammer_test(rig, "acc_x", "force"), rig.natural_frequency());
     for (const auto& [law, estimator] : {std::pair("pd", "lpf"), std::pair("lsmc", "kfe")}) {
-      const ControllerDesign d = designed(rig, hardware, law, estimator, std::string(estimator) == "kfe" ? 20 : 8);
+      const ControllerDesign d = designed(rig, hardware, law, estimator, std::string(estimator) == "kfe" ? 12 : 4);
       const ClosedLoopMetrics m = ClosedLoopPlant(rig).run(d);
       std::printf("%s %s %+g: certified %g, %.1f um, %s\n", law, estimator, sign, d.margins.at("certified"),
                   1e6 * m.closed.all, m.verdict.text().c_str());
