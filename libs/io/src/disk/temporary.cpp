@@ -25,11 +25,16 @@ struct Slot {
 std::array<Slot, 128> slots;  // an OutputGroup holds as many files as a report has figures
 static_assert(std::atomic<int>::is_always_lock_free);
 
+constexpr std::array kEnds{SIGINT, SIGTERM, SIGHUP};
+
 void remove_folder(const char* path) {
-  // Reading a folder allocates; another program may.
+  // Reading a folder allocates; another program may. A compiler that still runs there may write a file between the
+  // listing and the end of the folder: until it is gone, for 10 s at most.
   const pid_t child = _Fork();
   if (child == 0) {
-    execl("/bin/rm", "rm", "-rf", "--", path, static_cast<char*>(nullptr));
+    execl("/bin/sh", "sh", "-c",
+          "n=0; while rm -rf -- \"$0\" 2>/dev/null; [ -e \"$0\" ] && [ $n -lt 100 ]; do n=$((n+1)); sleep 0.1; done",
+          path, static_cast<char*>(nullptr));
     _exit(127);
   }
 }
@@ -65,7 +70,7 @@ void forget_temporary(int slot) {
 
 void clean_up_on_signals() {
   std::signal(SIGXFSZ, SIG_IGN);  // a file beyond `ulimit -f` is a failed write (EFBIG), not the end of the program
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int signal : kEnds) {
     struct sigaction now {};
     if (sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_IGN) continue;  // nohup stays nohup
     struct sigaction action {};
@@ -81,10 +86,17 @@ TemporaryFolder::TemporaryFolder(std::string_view purpose) {
   const std::filesystem::path below = std::filesystem::temp_directory_path(failed);
   std::string name =
       ((failed ? std::filesystem::path("/tmp") : below) / fmt::format("whirl-{}-XXXXXX", purpose)).string();
-  if (mkdtemp(name.data()) == nullptr)
-    throw Error(fmt::format("{}: no temporary folder can be made: {}", name, std::strerror(errno)));
+  // A signal between the two would leave the folder.
+  sigset_t ends, before;
+  sigemptyset(&ends);
+  for (const int signal : kEnds) sigaddset(&ends, signal);
+  pthread_sigmask(SIG_BLOCK, &ends, &before);
+  const bool made = mkdtemp(name.data()) != nullptr;
+  const int error = errno;
+  if (made) slot_ = remember_temporary(name, true);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  if (!made) throw Error(fmt::format("{}: no temporary folder can be made: {}", name, std::strerror(error)));
   path_ = name;
-  slot_ = remember_temporary(name, true);
 }
 
 TemporaryFolder::~TemporaryFolder() {
