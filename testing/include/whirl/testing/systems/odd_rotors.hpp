@@ -79,6 +79,8 @@ struct OddRecord {
 
 namespace odd_detail {
 
+constexpr double kSag = 4e-4;  // m, by the weight, of the linear spring alone
+
 /// The second bending mode of the kind upper_mode: its frequency, and its unbalance as the probes weigh it.
 struct UpperMode {
   double w, zeta, e, phase;
@@ -170,7 +172,7 @@ inline machines_detail::State slope(OddKind kind, const Machine& m, const UpperM
       fy += m.k * 5e-5 * share * std::sin(turn.beta + 1);
       break;
     case OddKind::sag:
-      fy -= m.k * 4e-4;
+      fy -= m.k * kSag;
       break;
     case OddKind::upper_mode: {
       const double at = upper.phase + turn.beta, square = turn.w * turn.w;
@@ -347,6 +349,13 @@ inline OddRecord odd_record(OddKind kind, double snr, unsigned long long seed) {
     case OddKind::stop:
       odd.k1 = kind == OddKind::stop ? m.k : kNone, odd.k2 = kNone;
       break;
+    case OddKind::sag: {  // about the position at rest, the mean of both axes
+      double sag = odd_detail::kSag;
+      for (int i = 0; i < 20; ++i)
+        sag -= (m.k * (sag - odd_detail::kSag) + m.cubic * sag * sag * sag) / (m.k + 3 * m.cubic * sag * sag);
+      odd.k1 = m.k + 2 * m.cubic * sag * sag;
+      break;
+    }
     case OddKind::magnetic:
       odd.k1 = 0.95 * m.k, odd.k2 = m.cubic - 0.05 * m.k / 64e-6;
       break;
