@@ -24,21 +24,19 @@ void SensitivityStep::advance(double h, Eigen::MatrixXd& s) {
   const Product* const products = products_.data();
   const std::size_t* const row_ends = row_ends_.data();
   double* const all = s.data();
-  const auto load = [](const double* from) {
-    Register v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-  };
   on_wide_registers([=, this] {
     Lane *start = work, *state = start + n, *rate = state + n, *ends = rate + n, *middle = ends + n;
     // One register of unknowns after the other.
     for (Eigen::Index lane = 0; lane < rows; lane += kRegisterWidth) {
-      for (std::size_t i = 0; i < n; ++i)
-        start[i].v = state[i].v = load(all + static_cast<Eigen::Index>(i) * rows + lane);
+      for (std::size_t i = 0; i < n; ++i) {
+        std::memcpy(&start[i].v, all + static_cast<Eigen::Index>(i) * rows + lane, sizeof(Register));
+        state[i].v = start[i].v;
+      }
       for (std::size_t k = 0; k < 4; ++k) {
         const double *jacobian = stages_[k].jacobian.data(), *forcing = stages_[k].forcing.data() + lane;
         for (std::size_t i = 0, e = 0; i < n; ++i) {
-          Register sum = lane < forced ? load(forcing + static_cast<Eigen::Index>(i) * forced) : Register{};
+          Register sum{};
+          if (lane < forced) std::memcpy(&sum, forcing + static_cast<Eigen::Index>(i) * forced, sizeof sum);
           for (; e < row_ends[i]; ++e) sum += jacobian[products[e].entry] * state[products[e].column].v;
           rate[i].v = sum;
         }

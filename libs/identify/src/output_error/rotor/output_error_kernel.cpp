@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "whirl/core/wide_registers.hpp"
 
@@ -51,15 +52,15 @@ struct LaneArray {
   /// The lanes before kProfile; the others of the same registers become 0. (In registers: lanes stored one by one are
   /// not in the cache yet when the whole is read.)
   void compose(const std::array<double, kProfile>& v) {
-    if constexpr (kRegisterWidth == 8) {
-      parts[0] = Register{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]};
-      parts[1] = Register{v[8], v[9], v[10], v[11], v[12]};
-    } else {
-      parts[0] = Register{v[0], v[1], v[2], v[3]};
-      parts[1] = Register{v[4], v[5], v[6], v[7]};
-      parts[2] = Register{v[8], v[9], v[10], v[11]};
-      parts[3] = Register{v[12]};
-    }
+    [&]<std::size_t... Part>(std::index_sequence<Part...>) { (fill<Part>(v), ...); }
+    (std::make_index_sequence<(kProfile + kRegisterWidth - 1) / kRegisterWidth>{});
+  }
+  template <std::size_t Part>
+  void fill(const std::array<double, kProfile>& v) {
+    constexpr std::size_t first = Part * kRegisterWidth,
+                          count = std::min<std::size_t>(kRegisterWidth, kProfile - first);
+    [&]<std::size_t... Lane>(std::index_sequence<Lane...>) { parts[Part] = Register{v[first + Lane]...}; }
+    (std::make_index_sequence<count>{});
   }
   void add(Eigen::Index lane, double value) {
     parts[static_cast<std::size_t>(lane / kRegisterWidth)][lane % kRegisterWidth] += value;
