@@ -114,12 +114,32 @@ HoldoutSplit split_of(const IdentifyOptions& o, const std::vector<Recording>& re
   return split_holdout(records, o.holdout, motion, o.rotor.record.angle);
 }
 
+bool same_parts(const IdentifiedModel& a, const IdentifiedModel& b) {
+  return std::ranges::equal(a.parameters, b.parameters, {}, &std::pair<std::string, Estimate>::first,
+                            &std::pair<std::string, Estimate>::first);
+}
+
+/// The rotor of what is not held out: found anew, as if there were no more. Where it has other parts than the whole one
+/// and those of the whole explain it as well, it tells nothing against them, and they are taken.
+IdentifiedModel rotor_of_rest(const IdentifyOptions& o, const std::vector<Recording>& records,
+                              const RotorIdentification& whole) {
+  if (whole.model.summary.chi_square > rules::kModelError) return detail::rotor_like(records, whole, o.rotor).model;
+  RotorIdentification found = detail::rotor_or_tilt(records, o.rotor);
+  if (same_parts(found.model, whole.model) || has_tilt(found.model)) return std::move(found.model);
+  RotorIdentification like = detail::rotor_like(records, whole, o.rotor);
+  double values = 0;
+  for (const Recording& r : records) values += 2 * static_cast<double>(r.size());
+  const double least = found.fit.summary.chi_square, more = like.fit.summary.chi_square - least;
+  const bool as_well =
+      like.model.summary.status != Status::unusable && !(values * more > rules::kToldApart * std::max(1.0, least));
+  return std::move(as_well ? like.model : found.model);
+}
+
 /// The model of what is not held out, of the same kind: what did not explain the whole is not sought again.
 IdentifiedModel fit_of_rest(const IdentifyOptions& o, const std::vector<Recording>& records,
                             const IdentifiedModel& whole, const std::optional<RotorIdentification>& rotor) {
   if (has_tilt(whole)) return detail::tilt_of(records.front(), whole, o.rotor);
-  if (rotor && whole.summary.chi_square > rules::kModelError) return detail::rotor_like(records, *rotor, o.rotor).model;
-  return fit(o, records);
+  return rotor ? rotor_of_rest(o, records, *rotor) : fit(o, records);
 }
 
 /// `rest`: the model of what is not held out, where there is one.

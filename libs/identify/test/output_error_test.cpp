@@ -55,7 +55,9 @@ std::vector<RotorTerm> every_force() {
                                                  {"sag_turning_im", -0.05},
                                                  {"k1_step", -100},
                                                  {"eps_step_re", 3e-5},
-                                                 {"eps_step_im", -2e-5}};
+                                                 {"eps_step_im", -2e-5},
+                                                 {"bow_growth_re", 0.02},
+                                                 {"bow_growth_im", -0.03}};
   std::vector<RotorTerm> terms;
   for (const TermEntry* entry : term_catalogue()) {
     for (std::size_t part = 0; entry->force != nullptr && part < entry->parameters.size(); ++part) {

@@ -52,18 +52,19 @@ double passed(double f, double rate) {
   return x <= 0 ? 1 : x >= 1 ? 0 : 0.5 * (1 + std::cos(std::numbers::pi * x));
 }
 
-// `fine` samples a step, filtered, then one a step.
-Eigen::VectorXd converted(const Eigen::VectorXd& v, double dt, Eigen::Index fine = 1) {
-  const Eigen::Index n = v.size() / fine;
-  const Eigen::VectorXcd lines = signal::fft(v.cast<std::complex<double>>());
-  Eigen::VectorXcd kept = Eigen::VectorXcd::Zero(n);
+// A half sine of 1 that begins at `begin`, filtered, as the converter reads it: from its spectrum in closed form.
+Eigen::VectorXd converted(double begin, double width, double dt, Eigen::Index n) {
+  const double rate = std::numbers::pi / width;
+  Eigen::VectorXcd lines = Eigen::VectorXcd::Zero(n);
   for (Eigen::Index k = 0; k < n / 2; ++k) {
-    const double part =
-        passed(static_cast<double>(k) / (static_cast<double>(n) * dt), 1 / dt) / static_cast<double>(fine);
-    kept[k] = part * lines[k];
-    if (k > 0) kept[n - k] = std::conj(kept[k]);
+    const double f = static_cast<double>(k) / (static_cast<double>(n) * dt), w = kCycle * f;
+    const std::complex<double> both = 1.0 + std::polar(1.0, -w * width);
+    const std::complex<double> pulse =
+        std::abs(w / rate - 1) < 1e-6 ? std::complex<double>(0, -0.5 * width) : both * rate / (rate * rate - w * w);
+    lines[k] = passed(f, 1 / dt) * pulse * std::polar(1 / dt, -w * begin);
+    if (k > 0) lines[n - k] = std::conj(lines[k]);
   }
-  return signal::inverse_fft(kept).real();
+  return signal::inverse_fft(lines).real();
 }
 
 /// Frequencies over the first: of a free beam, or of a plate on its edges whose sides are as 1 to `sides` (several
@@ -101,13 +102,7 @@ BeamBlows beam(unsigned seed, double ratio, double pulse, bool plate = false) {
     record.dt = dt;
     record.source = "blow";
     const double late = uniform(random), peak = 100 * (0.7 + 0.6 * uniform(random));
-    constexpr Eigen::Index kFine = 32;
-    Eigen::VectorXd fine = Eigen::VectorXd::Zero(kFine * n);
-    for (Eigen::Index i = 0; i < fine.size(); ++i) {
-      const double t = (static_cast<double>(i) / kFine - static_cast<double>(start) - late) * dt;
-      if (t > 0 && t < pulse) fine[i] = peak * std::sin(std::numbers::pi * t / pulse);
-    }
-    Eigen::VectorXd force = converted(fine, dt, kFine);
+    Eigen::VectorXd force = peak * converted((static_cast<double>(start) + late) * dt, pulse, dt, n);
     std::vector<Eigen::VectorXd> responses(6, Eigen::VectorXd::Zero(n));
     for (std::size_t m = 0; m < poles.size(); ++m) {
       const std::complex<double> size = peak * poles[m] * poles[m] / poles[m].imag();

@@ -88,7 +88,7 @@ inline namespace of_evidence {
 inline constexpr Rule kTerm =
     make::evidence(16, 6.33e-5, "score or likelihood ratio of a term", "4 deviations; RotorIdentifyOptions");
 inline constexpr double kUsualTests = 16;  ///< forces, sensor axes, modes above the speeds: so many chances to be wrong
-inline constexpr double kRareTests = 17;   ///< parameters of the rare terms, beside them
+inline constexpr double kRareTests = 19;   ///< parameters of the rare terms, beside them
 inline constexpr Rule kOfSearch =
     make::meaning(3, "times kTerm: a mode found by search, a disc that tilts",
                   "its frequency and damping are chosen among all: the level of 4 deviations over 1e7 tests");

@@ -29,6 +29,7 @@ TERM(cross_damping);
 TERM(asymmetric_shaft);
 TERM(stiffness_step);
 TERM(unbalance_step);
+TERM(bow_growth);
 TERM(sensor_gain);
 TERM(sensor_angle);
 TERM(sampling_skew);

@@ -135,6 +135,7 @@ std::string_view parameter_unit(std::string_view name) {
        {"sag_turning", "m/s^2"},
        {"stiffness_step_time", "s"},
        {"unbalance_step_time", "s"},
+       {"bow_growth", "m/s^3"},
        {"bow", "m"},
        {"bow_phase", "rad"},
        {"k_tilt", "1/s^2"},
