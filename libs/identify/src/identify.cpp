@@ -10,6 +10,7 @@
 #include "evidence/compare_all.hpp"
 #include "evidence/model_verdict.hpp"
 #include "evidence/part_agreement.hpp"
+#include "evidence/verdict.hpp"
 #include "face/rotor_like.hpp"
 #include "record/bridge_gaps.hpp"
 #include "record/damaged_records.hpp"
@@ -114,32 +115,37 @@ HoldoutSplit split_of(const IdentifyOptions& o, const std::vector<Recording>& re
   return split_holdout(records, o.holdout, motion, o.rotor.record.angle);
 }
 
+/// A model of what is not held out, of the same kind: what did not explain the whole is not sought again.
+RotorIdentification rotor_of_rest(const IdentifyOptions& o, const std::vector<Recording>& records,
+                                  const RotorIdentification& whole) {
+  if (whole.model.summary.chi_square > rules::kModelError) return detail::rotor_like(records, whole, o.rotor);
+  return detail::rotor_or_tilt(records, o.rotor);
+}
+
+/// Whether a model of the rest and its prediction speak against the whole.
+bool contradicts(const IdentifiedModel& rest, const HeldOut& held, IdentifiedModel whole) {
+  whole.summary = {};
+  detail::compare_with_rest(rest, whole);
+  detail::judge_held_out(held, whole.summary);
+  return whole.summary.distrust() != nullptr;
+}
+
 bool same_parts(const IdentifiedModel& a, const IdentifiedModel& b) {
   return std::ranges::equal(a.parameters, b.parameters, {}, &std::pair<std::string, Estimate>::first,
                             &std::pair<std::string, Estimate>::first);
 }
 
-/// The rotor of what is not held out: found anew, as if there were no more. Where it has other parts than the whole one
-/// and those of the whole explain it as well, it tells nothing against them, and they are taken.
-IdentifiedModel rotor_of_rest(const IdentifyOptions& o, const std::vector<Recording>& records,
-                              const RotorIdentification& whole) {
-  if (whole.model.summary.chi_square > rules::kModelError) return detail::rotor_like(records, whole, o.rotor).model;
-  RotorIdentification found = detail::rotor_or_tilt(records, o.rotor);
-  if (same_parts(found.model, whole.model) || has_tilt(found.model)) return std::move(found.model);
+/// The rest with the parts of the whole, where it had others and does not tell the two apart.
+std::optional<IdentifiedModel> rest_like_whole(const IdentifyOptions& o, const std::vector<Recording>& records,
+                                               const RotorIdentification& whole, const RotorIdentification& rest) {
+  if (same_parts(rest.model, whole.model) || has_tilt(rest.model)) return {};
   RotorIdentification like = detail::rotor_like(records, whole, o.rotor);
   double values = 0;
   for (const Recording& r : records) values += 2 * static_cast<double>(r.size());
-  const double least = found.fit.summary.chi_square, more = like.fit.summary.chi_square - least;
-  const bool as_well =
-      like.model.summary.status != Status::unusable && !(values * more > rules::kToldApart * std::max(1.0, least));
-  return std::move(as_well ? like.model : found.model);
-}
-
-/// The model of what is not held out, of the same kind: what did not explain the whole is not sought again.
-IdentifiedModel fit_of_rest(const IdentifyOptions& o, const std::vector<Recording>& records,
-                            const IdentifiedModel& whole, const std::optional<RotorIdentification>& rotor) {
-  if (has_tilt(whole)) return detail::tilt_of(records.front(), whole, o.rotor);
-  return rotor ? rotor_of_rest(o, records, *rotor) : fit(o, records);
+  const double least = rest.fit.summary.chi_square, more = like.fit.summary.chi_square - least;
+  if (like.model.summary.status == Status::unusable || values * more > rules::kToldApart * std::max(1.0, least))
+    return {};
+  return std::move(like.model);
 }
 
 /// `rest`: the model of what is not held out, where there is one.
@@ -150,7 +156,11 @@ HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records
   try {
     const HoldoutSplit split = split_of(o, records);
     held.what = split.what;
-    const IdentifiedModel model = fit_of_rest(o, split.train, whole, rotor_of_whole);
+    std::optional<RotorIdentification> found;
+    if (rotor_of_whole && !has_tilt(whole)) found = rotor_of_rest(o, split.train, *rotor_of_whole);
+    IdentifiedModel model = found             ? found->model
+                            : has_tilt(whole) ? detail::tilt_of(split.train.front(), whole, o.rotor)
+                                              : fit(o, split.train);
     if (model.summary.status == Status::unusable) {
       held.reason = "the rest alone gives no model: " + model.summary.reason;
       return held;
@@ -158,8 +168,19 @@ HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records
     ValidateOptions validation;
     validation.record = o.rotor.record;
     if (is_rotor && records.size() > 1) validation.unbalance = UnbalanceSource::refitted;
-    rest = model;
-    return predict_held_out(model, split.test, split.what, is_rotor, validation);
+    const auto predicted = [&](const IdentifiedModel& by) {
+      return predict_held_out(by, split.test, split.what, is_rotor, validation);
+    };
+    held = predicted(model);
+    // What the rest reads in two ways speaks against the whole only where both do.
+    if (found && contradicts(model, held, whole)) {
+      if (std::optional<IdentifiedModel> like = rest_like_whole(o, split.train, *rotor_of_whole, *found)) {
+        HeldOut other = predicted(*like);
+        if (!contradicts(*like, other, whole)) model = *std::move(like), held = std::move(other);
+      }
+    }
+    rest = std::move(model);
+    return held;
   } catch (const Error& e) {
     held.reason = e.what();
     return held;

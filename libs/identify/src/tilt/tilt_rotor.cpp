@@ -27,15 +27,15 @@ struct Limits {
 };
 
 /// The fit of the whole record; diverged where it does not converge in some steps and at the pace of the last ones
-/// would not come below `target` in all.
+/// would not come below `target` in all. `enough`: it is only a start, and done once below.
 TrajectoryFit fit_whole(const TrajectoryModel& model, const Recording& record, std::vector<TrajectoryRun> runs,
-                        TrajectoryOptions options, double target) {
+                        TrajectoryOptions options, double target, bool enough = false) {
   constexpr int kFirst = 25, kPace = 10, kAll = 100;  // steps: the upper mode is told by little of the motion
   options.max_iterations = kFirst;
   TrajectoryFit fit = fit_trajectory(model, {record}, runs, options);
   int left = kAll - kFirst;
   for (const int steps : {kPace, kAll - kFirst - kPace}) {
-    if (fit.diverged || fit.converged || !std::isfinite(fit.rmse)) return fit;
+    if (fit.diverged || fit.converged || !std::isfinite(fit.rmse) || (enough && fit.rmse <= target)) return fit;
     options.max_iterations = steps;
     TrajectoryFit on = fit_trajectory(fit.model, {record}, fit.runs, options);
     if (on.diverged) return fit;
@@ -58,22 +58,27 @@ TrajectoryOptions options_of(const RotorRecord& record) {
   options.output_sd = Eigen::Vector2d(record.noise_x, record.noise_y);
   options.substeps = 1;  // the records are thinned to what one step takes
   options.max_iterations = 25;
+  options.tolerance = 1e-5;  // of 12 s at 1 kHz a quarter of what moves an estimate by its deviation
   return options;
 }
 
 /// Short runs, longer ones, the whole record, that at every sample; diverged where the first leave far more than is
 /// asked of the next, or converge to more than the whole may leave.
-TrajectoryFit fit_from(const RotorRecord& record, const std::vector<double>& values, double top, const Limits& limits) {
+TrajectoryFit fit_from(const RotorRecord& record, const Values& values, double top, const Limits& limits) {
   constexpr double kFar = 3;       // times what runs of two seconds may leave
   constexpr double kAlike = 1.03;  // residuals of a thinned record and of all of it
+  // Undamped first steps went astray: the starts of many short runs hold the hidden tilt hardly at all.
+  constexpr double kFromAfar = 0.1;
   const TrajectoryOptions options = options_of(record);
+  TrajectoryOptions from_afar = options;
+  from_afar.damping = kFromAfar;
   const Recording coarse = thinned(record, kStep, top), fine = thinned(record, kFine, top);
   const auto ends_above = [&](const TrajectoryFit& fit) { return fit.converged && fit.rmse > kAlike * limits.target; };
   TrajectoryModel model = trajectory_at(values);
   TrajectoryFit fit;
   for (const auto& [seconds, most] : {std::pair(0.4, kFar * limits.most), std::pair(2.0, limits.most)}) {
     const double samples = std::min(seconds / coarse.dt, static_cast<double>(coarse.size()));
-    fit = fit_trajectory(model, {coarse}, cut(model, coarse, std::lround(samples)), options);
+    fit = fit_whole(model, coarse, cut(model, coarse, std::lround(samples)), from_afar, most, seconds < 1);
     fit.diverged = fit.diverged || !std::isfinite(fit.rmse) || fit.rmse > most;
     fit.diverged = fit.diverged || (seconds > 1 && ends_above(fit));
     if (fit.diverged) return fit;
@@ -91,20 +96,11 @@ TrajectoryFit fit_from(const RotorRecord& record, const std::vector<double>& val
 class View {
  public:
   explicit View(const TrajectoryFit& fit) {
-    constexpr Eigen::Index n = kParameters;
-    for (std::size_t k = 0; k < kParameters; ++k) value_[k] = fit.model.parameters[k].value;
-    const double share = value_[couple] / value_[tilt];
-    Eigen::MatrixXd slope = Eigen::MatrixXd::Identity(n, n);
-    slope(k1, couple) = 2 * share;
-    slope(k1, tilt) = -share * share;
-    for (const auto& [own, other] : {std::pair(eps_re, tilt_re), std::pair(eps_im, tilt_im)}) {
-      slope(own, other) = share;
-      slope(own, couple) = value_[other] / value_[tilt];
-      slope(own, tilt) = -share * value_[other] / value_[tilt];
-    }
-    value_[k1] += share * value_[couple];
-    value_[eps_re] += share * value_[tilt_re];
-    value_[eps_im] += share * value_[tilt_im];
+    constexpr auto n = static_cast<Eigen::Index>(kParameters);
+    Values fitted;
+    for (Eigen::Index k = 0; k < n; ++k) fitted[k] = fit.model.parameters[static_cast<std::size_t>(k)].value;
+    const auto slope = physical_slopes(fitted);
+    value_ = physical(fitted);
     covariance_ = slope * fit.covariance.topLeftCorner(n, n) * slope.transpose();
   }
   double value(Parameter p) const { return value_[p]; }
@@ -141,7 +137,7 @@ class View {
   }
 
  private:
-  std::array<double, kParameters> value_{};
+  Values value_;
   Eigen::MatrixXd covariance_;  // from the residual variance
 };
 
@@ -235,11 +231,10 @@ std::optional<IdentifiedModel> fit_tilt_rotor(const RotorRecord& record, const R
   const auto run = [&](int i) {
     const auto [ratio, thin] = kStarts[static_cast<std::size_t>(i)];
     const double stiffness = ratio * ratio * start.k1, coupling = 0.3 * start.k1, damping = std::max(0.1, start.c);
-    fits[static_cast<std::size_t>(i)] =
-        fit_from(record,
-                 {start.k1 + coupling * coupling / stiffness, start.k2, damping, coupling, start.eps.real(),
-                  start.eps.imag(), stiffness, damping, thin, 0, 0, start.offset.real(), start.offset.imag()},
-                 std::max(top, ratio * std::sqrt(start.k1)), limits);
+    Values values;
+    values << start.k1 + coupling * coupling / stiffness, start.k2, damping, coupling, start.eps.real(),
+        start.eps.imag(), stiffness, damping, thin, 0, 0, start.offset.real(), start.offset.imag();
+    fits[static_cast<std::size_t>(i)] = fit_from(record, values, std::max(top, ratio * std::sqrt(start.k1)), limits);
   };
   const auto take = [&](int i) {
     TrajectoryFit& fit = fits[static_cast<std::size_t>(i)];
@@ -300,7 +295,7 @@ Validation validate_tilt_rotor(const IdentifiedModel& model, const Recording& re
   const Recording run_data = run_record(record, 1);
   TrajectoryModel fixed = trajectory_at(values_of(model));
   for (TrajectoryParameter& p : fixed.parameters) p.free = false;
-  TrajectoryRun run{0, 0, run_data.size(), steady(model, record.angle.omega[0], record.angle.beta[0])};
+  TrajectoryRun run{0, 0, run_data.size(), steady_fitted(model, record.angle.omega[0], record.angle.beta[0])};
   TrajectoryOptions fit_options;
   fit_options.output_sd = Eigen::Vector2d(record.noise_x, record.noise_y).cwiseMax(1e-12);
   const TrajectoryFit fit = fit_trajectory(fixed, {run_data}, {run}, fit_options);

@@ -10,11 +10,56 @@
 namespace whirl::identification::tilting {
 namespace {
 
-constexpr const char* kNames[] = {"soft",   "k2",    "c",       "couple",  "heavy_re", "heavy_im", "tilt",
+constexpr const char* kNames[] = {"soft",   "k2",    "c",       "mass",    "heavy_re", "heavy_im", "give",
                                   "c_tilt", "polar", "tilt_re", "tilt_im", "offset_x", "offset_y"};
 static_assert(std::size(kNames) == kParameters);
 
+constexpr double kLeastMass = 1e-12;
+double share_of(double mass) { return std::sqrt(std::max(mass, kLeastMass)); }
+
+Values fitted(Values v) {
+  const double share = std::copysign(share_of(std::pow(v[couple] / v[tilt], 2)), v[couple]);
+  v[k1] -= share * v[couple];
+  v[eps_re] -= share * v[tilt_re];
+  v[eps_im] -= share * v[tilt_im];
+  v[couple] = share * share;
+  v[tilt_re] /= share;
+  v[tilt_im] /= share;
+  v[tilt] = 1 / v[tilt];
+  return v;
+}
+
 }  // namespace
+
+Values physical(const Values& f) {
+  const double share = share_of(f[couple]);
+  Values v = f;
+  v[k1] += f[couple] / f[tilt];
+  v[couple] = share / f[tilt];
+  v[eps_re] += f[couple] * f[tilt_re];
+  v[eps_im] += f[couple] * f[tilt_im];
+  v[tilt] = 1 / f[tilt];
+  v[tilt_re] *= share;
+  v[tilt_im] *= share;
+  return v;
+}
+
+Eigen::Matrix<double, kParameters, kParameters> physical_slopes(const Values& f) {
+  const double share = share_of(f[couple]), give = f[tilt];
+  Eigen::Matrix<double, kParameters, kParameters> slope = Eigen::Matrix<double, kParameters, kParameters>::Identity();
+  slope(k1, couple) = 1 / give;
+  slope(k1, tilt) = -f[couple] / (give * give);
+  slope(couple, couple) = 0.5 / (share * give);
+  slope(couple, tilt) = -share / (give * give);
+  slope(tilt, tilt) = -1 / (give * give);
+  for (const auto& [own, other] : {std::pair(eps_re, tilt_re), std::pair(eps_im, tilt_im)}) {
+    slope(own, couple) = f[other];
+    slope(own, other) = f[couple];
+    slope(other, couple) = 0.5 * f[other] / share;
+    slope(other, other) = share;
+  }
+  return slope;
+}
 
 Recording run_record(const RotorRecord& record, Eigen::Index every) {
   const Eigen::Index n = (record.size() + every - 1) / every;
@@ -41,31 +86,29 @@ Recording run_record(const RotorRecord& record, Eigen::Index every) {
   return out;
 }
 
-TrajectoryModel trajectory_at(std::vector<double> values) {
-  const double share = values[couple] / values[tilt];
-  values[k1] -= share * values[couple];
-  values[eps_re] -= share * values[tilt_re];
-  values[eps_im] -= share * values[tilt_im];
+TrajectoryModel trajectory_at(Values values) {
+  constexpr double kSlowest = 1, kFastest = 1e9;  // tilt, 1/s^2
+  values = fitted(values);
   TrajectoryModel model;
   model.states = {"x1", "vx", "y1", "vy", "p", "vp", "q", "vq"};
   model.inputs = {"fx", "fy", "w"};
-  const std::string k = "(soft + couple^2/tilt)", re = "(heavy_re + couple/tilt*tilt_re)",
-                    im = "(heavy_im + couple/tilt*tilt_im)";
+  const std::string re = "(heavy_re + mass*tilt_re)", im = "(heavy_im + mass*tilt_im)";
   for (const std::string& rate :
-       {std::string("vx"), "-" + k + "*x1 - k2*(x1^2 + y1^2)*x1 - c*vx - couple*p + " + re + "*fx - " + im + "*fy",
-        std::string("vy"), "-" + k + "*y1 - k2*(x1^2 + y1^2)*y1 - c*vy - couple*q + " + re + "*fy + " + im + "*fx",
-        std::string("vp"), std::string("-tilt*p - couple*x1 - c_tilt*vp - polar*w*vq + tilt_re*fx - tilt_im*fy"),
-        std::string("vq"), std::string("-tilt*q - couple*y1 - c_tilt*vq + polar*w*vp + tilt_re*fy + tilt_im*fx")})
+       {std::string("vx"), "-soft*x1 - mass*(x1 + p)/give - k2*(x1^2 + y1^2)*x1 - c*vx + " + re + "*fx - " + im + "*fy",
+        std::string("vy"), "-soft*y1 - mass*(y1 + q)/give - k2*(x1^2 + y1^2)*y1 - c*vy + " + re + "*fy + " + im + "*fx",
+        std::string("vp"), std::string("-(p + x1)/give - c_tilt*vp - polar*w*vq + tilt_re*fx - tilt_im*fy"),
+        std::string("vq"), std::string("-(q + y1)/give - c_tilt*vq + polar*w*vp + tilt_re*fy + tilt_im*fx")})
     model.rates.push_back(expr::Expr::parse(rate));
   model.channels = {"x", "y"};
   model.outputs = {expr::Expr::parse("x1 + offset_x"), expr::Expr::parse("y1 + offset_y")};
   for (std::size_t j = 0; j < kParameters; ++j) {
     TrajectoryParameter p;
     p.name = kNames[j];
-    p.value = values[j];
+    p.value = values[static_cast<Eigen::Index>(j)];
     // A polar moment is at most twice the diametral one (thin disc).
     if (j == polar) p.low = -0.5, p.high = 2.5;
-    if (j == tilt) p.low = 1;
+    if (j == tilt) p.low = 1 / kFastest, p.high = 1 / kSlowest;
+    if (j == couple) p.low = kLeastMass;
     model.parameters.push_back(p);
   }
   return model;
@@ -73,7 +116,7 @@ TrajectoryModel trajectory_at(std::vector<double> values) {
 
 std::vector<TrajectoryRun> cut(const TrajectoryModel& model, const Recording& record, Eigen::Index length) {
   const Eigen::Index n = record.size(), pieces = std::max<Eigen::Index>(1, n / length);
-  const double stiffness = model.parameters[tilt].value, k = model.parameters[couple].value;
+  const double stiffness = 1 / model.parameters[tilt].value;
   std::vector<TrajectoryRun> runs;
   for (Eigen::Index i = 0; i < pieces; ++i) {
     TrajectoryRun run{0, i * n / pieces, (i + 1) * n / pieces - i * n / pieces, Eigen::VectorXd::Zero(kStates)};
@@ -92,7 +135,7 @@ std::vector<TrajectoryRun> cut(const TrajectoryModel& model, const Recording& re
     }
     const Eigen::MatrixXd fit = basis.colPivHouseholderQr().solve(readings);
     const double margin = stiffness - w * w;
-    const double follows = std::abs(margin) > 0.1 * stiffness ? -k / margin : 0;
+    const double follows = std::abs(margin) > 0.1 * stiffness ? -stiffness / margin : 0;
     for (Eigen::Index axis = 0; axis < 2; ++axis) {
       run.start[2 * axis] = fit(1, axis);
       run.start[2 * axis + 1] = w * fit(2, axis);
@@ -110,12 +153,13 @@ double number(const IdentifiedModel& model, const char* name) {
   return e->value;
 }
 
-std::vector<double> values_of(const IdentifiedModel& model) {
+Values values_of(const IdentifiedModel& model) {
   const auto of = [&](const char* name) { return number(model, name); };
   const Complex eps = std::polar(of("e"), of("e_phase")), eps_tilt = std::polar(of("e_tilt"), of("e_tilt_phase"));
-  return {of("k1"),        of("k2"),       of("c"),       of("k_couple"),    eps.real(),
-          eps.imag(),      of("k_tilt"),   of("c_tilt"),  of("polar_ratio"), eps_tilt.real(),
-          eps_tilt.imag(), of("offset_x"), of("offset_y")};
+  Values v;
+  v << of("k1"), of("k2"), of("c"), of("k_couple"), eps.real(), eps.imag(), of("k_tilt"), of("c_tilt"),
+      of("polar_ratio"), eps_tilt.real(), eps_tilt.imag(), of("offset_x"), of("offset_y");
+  return v;
 }
 
 Eigen::VectorXd steady(const IdentifiedModel& model, double w, double beta) {
@@ -132,6 +176,13 @@ Eigen::VectorXd steady(const IdentifiedModel& model, double w, double beta) {
     const Complex v = i * w * z[m];
     start.segment<4>(4 * m) << z[m].real(), v.real(), z[m].imag(), v.imag();
   }
+  return start;
+}
+
+Eigen::VectorXd steady_fitted(const IdentifiedModel& model, double w, double beta) {
+  Eigen::VectorXd start = steady(model, w, beta);
+  const double share = number(model, "k_couple") / number(model, "k_tilt");
+  start.tail<4>() /= std::copysign(share_of(share * share), share);
   return start;
 }
 

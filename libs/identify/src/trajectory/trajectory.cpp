@@ -208,7 +208,7 @@ TrajectoryFit fit_trajectory(const TrajectoryModel& model, const std::vector<Rec
     fit.diverged = true;
     return fit;
   }
-  DescentReport report = descend(problem, point, sum, options.max_iterations);
+  DescentReport report = descend(problem, point, sum, options.max_iterations, Damping(options.damping));
   fit.iterations = report.iterations;
   if (problem.take_finer_steps(point)) {
     problem.linearise(point, sum);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tilt/adopt_tilt.hpp"
+#include "tilt/tilt_trajectory.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify.hpp"
 #include "whirl/io/model_json.hpp"
@@ -28,6 +29,27 @@ RotorModel start() {
   RotorModel model;
   model.k1 = 5300, model.k2 = 1.5e8, model.c = 2, model.eps = 1e-4;
   return model;
+}
+
+// The parameters of the fit are other ones, in which its valley is straight: they say the same.
+TEST(TiltParameters, ThoseOfAFitAndTheirSlopesAreOfOneMachine) {
+  using namespace tilting;
+  Values truth;
+  truth << 5300, 1.5e8, 2, -1600, 1e-4, 3e-5, 2.1e4, 5, 0.3, 4e-5, -2e-5, 1e-5, 2e-5;
+  Values fitted;
+  const TrajectoryModel model = trajectory_at(truth);
+  for (std::size_t k = 0; k < kParameters; ++k) fitted[static_cast<Eigen::Index>(k)] = model.parameters[k].value;
+  // A tilt with the other sign, coupled the other way, is the same machine.
+  truth[couple] *= -1, truth[tilt_re] *= -1, truth[tilt_im] *= -1;
+  EXPECT_LT((physical(fitted) - truth).cwiseQuotient(truth).cwiseAbs().maxCoeff(), 1e-12);
+  const auto slopes = physical_slopes(fitted);
+  for (Eigen::Index k = 0; k < fitted.size(); ++k) {
+    const double h = 1e-5 * std::abs(fitted[k]);
+    Values up = fitted, down = fitted;
+    up[k] += h, down[k] -= h;
+    const Values slope = (physical(up) - physical(down)) / (2 * h);
+    EXPECT_LT((slopes.col(k) - slope).cwiseQuotient(truth).cwiseAbs().maxCoeff() * std::abs(fitted[k]), 1e-8) << k;
+  }
 }
 
 class TiltProperty : public ::testing::TestWithParam<double> {};

@@ -74,9 +74,8 @@ struct DescentReport {
 /// decrease that the linearisation promises, and after a slightly damped one with that found. `point` and `sum` hold
 /// the linearised start and end at the best point; where the cost of the start is not finite nothing is done.
 template <class Problem, class Point>
-DescentReport descend(Problem& problem, Point& point, SquareSum& sum, int max_iterations) {
+DescentReport descend(Problem& problem, Point& point, SquareSum& sum, int max_iterations, Damping damping = Damping()) {
   DescentReport report;
-  Damping damping;
   Eigen::VectorXd step;
   while (report.iterations < max_iterations && std::isfinite(sum.cost)) {
     if (!damped_step(sum.normal, sum.gradient, damping.value(), step)) {

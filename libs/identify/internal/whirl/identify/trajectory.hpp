@@ -53,6 +53,7 @@ struct TrajectoryOptions {
   /// error below a quarter of the standard deviation of any estimate.
   int substeps = 0;
   int max_iterations = 30;
+  double damping = 0;       ///< of the first step (Levenberg): above 0 where the values given may be far off
   double tolerance = 1e-6;  ///< stop when an iteration lowers the error by less than this share
 };
 
