@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
-#include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -13,9 +13,7 @@
 #include "evidence/rotor_ambiguity.hpp"
 #include "evidence/rotor_verdict.hpp"
 #include "face/rotor_like.hpp"
-#include "growth/lower_resonance.hpp"
-#include "growth/rotor_search.hpp"
-#include "growth/self_excited.hpp"
+#include "growth/grow_rotor.hpp"
 #include "problem/record_noise.hpp"
 #include "problem/rotor_equations.hpp"
 #include "record/start_motion.hpp"
@@ -42,7 +40,7 @@ AngleSignal with_rate_error(const AngleSignal& angle, double error) {
 }
 
 /// Rate error within the range that gives the smallest whitened weak residual (the phase error at resonance grows to
-/// radians with 0.5 %, so the residual has a narrow valley: grid of a tenth of a per cent, then golden section).
+/// radians with 0.5 %, so the residual has a narrow valley: grid of a tenth of a per cent, then Brent's minimum).
 void search_profile(RotorRecord& record, const RotorIdentifyOptions& options) {
   const auto misfit = [&](double error) {
     RotorRecord r = record;
@@ -62,148 +60,10 @@ void search_profile(RotorRecord& record, const RotorIdentifyOptions& options) {
       best = error;
     }
   }
-  const double golden = 0.5 * (std::sqrt(5.0) - 1);
-  double low = best - options.profile_search / steps, high = best + options.profile_search / steps;
-  double a = high - golden * (high - low), b = low + golden * (high - low), fa = misfit(a), fb = misfit(b);
-  for (int k = 0; k < 10; ++k) {
-    if (fa < fb) {
-      high = b;
-      b = a;
-      fb = fa;
-      a = high - golden * (high - low);
-      fa = misfit(a);
-    } else {
-      low = a;
-      a = b;
-      fa = fb;
-      b = low + golden * (high - low);
-      fb = misfit(b);
-    }
-  }
-  record.angle = with_rate_error(record.angle, 0.5 * (low + high));
-}
-
-/// Whether the records have springs or dampers of their own (a machine that warmed up between them): the weak equations
-/// of each alone against those of the first. `start`: what they give then.
-bool part_records(const std::vector<RotorRecord>& records, const WeakRotorOptions& weak, OutputErrorOptions& active,
-                  WeakRotorFit& start) {
-  std::vector<WeakRotorFit> alone;
-  for (const RotorRecord& r : records) {
-    alone.push_back(fit_weak_rotor({r}, weak));
-    if (alone.back().summary.status == Status::unusable) return false;
-  }
-  const auto changes = [&](Eigen::Index j) {
-    std::vector<double> out;
-    bool differ = false;
-    const auto variance = [&](const WeakRotorFit& f) {
-      return std::max(1.0, f.summary.chi_square) * f.covariance(j, j);
-    };
-    for (const WeakRotorFit& f : alone) {
-      out.push_back(f.values[j] - alone[0].values[j]);
-      differ |= std::abs(out.back()) > rules::kRecordsDiffer * std::sqrt(variance(f) + variance(alone[0])) &&
-                std::abs(out.back()) > rules::kRecordsMatter * std::abs(alone[0].values[j]);
-    }
-    return differ ? out : std::vector<double>{};
-  };
-  start = alone[0];
-  for (std::size_t r = 1; r < alone.size(); ++r) start.eps.push_back(alone[r].eps[0]);
-  active.changes.k1 = changes(0);
-  active.changes.c = changes(2);
-  return !active.changes.k1.empty() || !active.changes.c.empty();
-}
-
-/// The model that the records ask for, from the weak equations `first` of `moving`, the records as displacements; where
-/// they ask for springs of their own `active` has them.
-detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vector<RotorRecord>& moving,
-                        const WeakRotorOptions& weak, WeakRotorFit first, const RotorIdentifyOptions& options,
-                        OutputErrorOptions& active) {
-  using detail::Beside;
-  using detail::RotorSearch;
-  detail::FitMemory memory(records);
-  std::unique_ptr<RotorSearch> best;
-  const auto misfit = [&] { return best ? best->misfit() : INFINITY; };
-  const auto search = [&](const RotorModel& start, const std::vector<std::complex<double>>& eps,
-                          const OutputErrorOptions& with, Beside beside = Beside::nothing) {
-    return std::make_unique<RotorSearch>(records, start, eps, with, options, memory, beside);
-  };
-  /// A model with more in it that does not explain the records either must leave half of what the simpler one does.
-  const auto take = [&](std::unique_ptr<RotorSearch> other, double share) {
-    const bool better = other->misfit() < rules::kModelError || other->misfit() < share * misfit();
-    if (better || !best) best = std::move(other);
-    return better;
-  };
-  constexpr double kAny = 1;
-  const auto found = [&] { return misfit() < rules::kModelError; };
-
-  std::unique_ptr<RotorSearch> lower;
-  if (const auto start = options.search_modes ? detail::lower_resonance(moving, weak) : std::nullopt) {
-    lower = search(start->model, start->eps, active, Beside::modes);
-    if (lower->misfit() < rules::kModelError) return std::move(*lower).finish();
-  }
-  // Damping that is positive is tried as it is first: whatever is missing need not drive the motion.
-  if (first.model.c > 0) take(search(first.model, first.eps, active), kAny);
-  const bool displacement = records.front().quantity == Quantity::displacement;
-  if (!displacement && !found()) {  // the noise of an integral may hide the cubic spring
-    RotorModel linear = first.model;
-    linear.k2 = 0;
-    take(search(linear, first.eps, active), kAny);
-  }
-  OutputErrorOptions own = active;
-  WeakRotorFit start = first;
-  if (records.size() > 1 && !found() && part_records(moving, weak, own, start)) {
-    if (!best) take(search(first.model, first.eps, active), kAny);
-    if (take(search(start.model, start.eps, own), rules::kHalf)) {
-      first = std::move(start);
-      active = std::move(own);
-    }
-  }
-  // Where the first of two resonances is followed better than the whole, the terms of the whole are not what is
-  // missing.
-  const auto two = [&] { return lower && lower->misfit() < rules::kHalf * misfit(); };
-  // Begun again with rare terms or with modes of any frequency among the candidates, so that none of the terms taken up
-  // so far stands in for one of them.
-  if (options.terms && displacement && best && !found() && !two())
-    take(search(first.model, first.eps, active, Beside::rare_terms), rules::kHalf);
-  // (A whirl of its own is followed over parts of the displacements: not sought in an integral.)
-  std::unique_ptr<RotorSearch> driven;
-  std::string said;
-  if (options.terms && displacement && !found() &&
-      (first.summary.chi_square > rules::kAnotherModel || first.model.c <= 0)) {
-    for (const detail::WhirlStart& whirl : detail::self_excited_starts(records, weak, first)) {
-      // Parts with starts of their own follow a true whirl better than any single motion.
-      if (best && misfit() < whirl.chi_square) continue;
-      OutputErrorOptions with = active;
-      with.terms = whirl.fit.terms;
-      std::unique_ptr<RotorSearch> other = search(whirl.fit.model, whirl.fit.eps, with);
-      if (whirl.parts > 1 && said.empty()) said = whirl.reason();
-      if (other->misfit() < rules::kModelError) return std::move(*other).finish();
-      if (!driven || other->misfit() < driven->misfit()) driven = std::move(other);
-    }
-  }
-  if (!best) take(search(first.model, first.eps, active), kAny);
-  if (options.search_modes && best->usable() && !found() && !two())
-    take(search(first.model, first.eps, active, Beside::modes), rules::kHalf);
-  for (std::unique_ptr<RotorSearch>* other : {&driven, &lower})
-    if (*other) take(std::move(*other), rules::kHalf);
-  detail::GrownRotor grown = std::move(*best).finish();
-  if (!said.empty() && !(grown.misfit() < rules::kModelError)) grown.warnings.push_back(said);
-  return grown;
-}
-
-/// The same parts as `like` has, found anew from records that are among its own.
-detail::GrownRotor fitted_as(const std::vector<RotorRecord>& records, const RotorIdentification& like,
-                             const RotorIdentifyOptions& options) {
-  OutputErrorOptions active = like.active;
-  active.solver.substeps = like.fit.substeps;
-  active.clock.profile_degree = options.angle_source == AngleSource::measured ? 0 : options.profile_degree;
-  std::vector<std::complex<double>> eps;
-  for (std::size_t r = 0; r < records.size(); ++r) eps.push_back(like.fit.records[r].eps);
-  for (std::vector<double>* own : {&active.changes.k1, &active.changes.c})
-    if (!own->empty()) own->resize(records.size());
-  detail::FitMemory memory(records);
-  detail::RotorSearch search(records, like.fit.model, eps, active, options, memory, detail::Beside::no_search,
-                             like.fit.delay);
-  return std::move(search).finish();
+  constexpr int kBits = 20;  // of a rate error of one: to 1e-6
+  const double step = options.profile_search / steps;
+  record.angle = with_rate_error(record.angle,
+                                 boost::math::tools::brent_find_minima(misfit, best - step, best + step, kBits).first);
 }
 
 /// Modes and decays were named when they were taken up; their frequencies have been refined since.
@@ -352,8 +212,9 @@ static RotorIdentification identified(const std::vector<RotorRecord>& given, con
     for (std::size_t r = 0; r < plain.records.size(); ++r) detail::refine_noise(plain.records[r], records[r]);
   }
   if (!displacement) take_high_pass(records, options, first, result.active);
-  detail::GrownRotor grown = like != nullptr ? fitted_as(records, *like, options)
-                                             : grow(records, moving, weak, std::move(first), options, result.active);
+  detail::GrownRotor grown = like != nullptr
+                                 ? detail::fitted_as(records, *like, options)
+                                 : detail::grow_rotor(records, moving, weak, std::move(first), options, result.active);
   if (!grown.usable()) {
     for (const std::string& w : grown.warnings) model.summary.warn(w);
     model.summary.fail(grown.fit.summary.reason);

@@ -31,10 +31,12 @@ Growth begin(const std::vector<RotorRecord>& records, const RotorModel& start, c
 
 RotorSearch::RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
                          std::vector<Complex> start_eps, const OutputErrorOptions& active,
-                         const RotorIdentifyOptions& options, FitMemory& memory, Beside beside, double delay)
+                         const RotorIdentifyOptions& options, FitMemory& memory, Beside beside, double delay,
+                         std::stop_token unwanted)
     : records_(records),
       options_(options),
       memory_(memory),
+      unwanted_(std::move(unwanted)),
       rare_(beside == Beside::rare_terms),
       given_(beside == Beside::no_search),
       modes_(beside == Beside::modes),
@@ -62,7 +64,7 @@ RotorSearch::RotorSearch(const std::vector<RotorRecord>& records, const RotorMod
     settle();
     test();
   }
-  while (!given_ && usable() && step()) {
+  while (!given_ && usable() && !unwanted_.stop_requested() && step()) {
   }
 }
 

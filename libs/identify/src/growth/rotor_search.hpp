@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <optional>
+#include <stop_token>
 
 #include "growth/fit_memory.hpp"
 #include "growth/rotor_candidates.hpp"
@@ -19,13 +20,14 @@ enum class Beside {
 
 /// Output-error fit from the start given, then the forward score test: the most significant candidate is taken up and
 /// all is refined and simulated again, until none reaches the threshold. A term that the trajectory does not confirm by
-/// a likelihood ratio of the same size is refused. When the first fit fails its summary says why.
+/// a likelihood ratio of the same size is refused. When the first fit fails its summary says why. `unwanted`: nobody
+/// asks for the result any more, and the search ends where it is.
 class RotorSearch {
  public:
   RotorSearch(const std::vector<RotorRecord>& records, const RotorModel& start,
               std::vector<std::complex<double>> start_eps, const OutputErrorOptions& active,
-              const RotorIdentifyOptions& options, FitMemory& memory, Beside beside = Beside::nothing,
-              double delay = 0);
+              const RotorIdentifyOptions& options, FitMemory& memory, Beside beside = Beside::nothing, double delay = 0,
+              std::stop_token unwanted = {});
 
   bool usable() const { return fit_.summary.status != Status::unusable; }
   /// Chi-square of the weak equations or of the trajectory, the larger; infinite where there is no model.
@@ -104,6 +106,7 @@ class RotorSearch {
   const std::vector<RotorRecord>& records_;
   const RotorIdentifyOptions& options_;
   FitMemory& memory_;
+  const std::stop_token unwanted_;
   bool rare_;         // rare terms are tried as the others are
   const bool given_;  // the model stays as it is given
   const bool modes_;  // modes of any frequency are among the candidates

@@ -111,7 +111,7 @@ RotorSearch::Trials RotorSearch::try_each(const std::vector<TermId>& terms, cons
     take(trials, k, std::move(trial));
   };
   parallel_trials(
-      static_cast<int>(larger.size()), most_, [&] { return spent(); }, run, weigh);
+      static_cast<int>(larger.size()), most_, [&] { return spent() || unwanted_.stop_requested(); }, run, weigh);
   try_at_one_instant(trials);
   for (auto& [k, trial] : slow) {
     if (spent()) break;

@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <array>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <vector>
 
@@ -144,34 +145,26 @@ struct Whittle {
   }
 };
 
-/// Minimum over the reflection coefficients, one after the other by golden section, until none moves.
+/// Minimum over the reflection coefficients, one after the other (Brent), until none moves.
 double minimise(const Whittle& cost, Eigen::VectorXd& reflection, double& level) {
-  constexpr double kGolden = 0.6180339887498949;
   double best = cost(reflection, level);
   for (int round = 0; round < 40; ++round) {
     const double before = best;
     for (Eigen::Index p = 0; p < reflection.size(); ++p) {
       // Coefficients near 1 matter as their distance from it: search in the inverse hyperbolic tangent.
       const double centre = std::atanh(reflection[p]), reach = round == 0 ? 3.0 : 0.5;
-      double low = std::max(-3.5, centre - reach), high = std::min(3.5, centre + reach);
       const auto at = [&](double u) {
         Eigen::VectorXd r = reflection;
         r[p] = std::tanh(u);
         double ignored = 0;
         return cost(r, ignored);
       };
-      double a = high - kGolden * (high - low), b = low + kGolden * (high - low), fa = at(a), fb = at(b);
-      for (int k = 0; k < 22; ++k) {
-        if (fa < fb) {
-          high = b, b = a, fb = fa, a = high - kGolden * (high - low), fa = at(a);
-        } else {
-          low = a, a = b, fa = fb, b = low + kGolden * (high - low), fb = at(b);
-        }
-      }
-      if (const double u = 0.5 * (low + high); at(u) < best) {
-        reflection[p] = std::tanh(u);
-        best = cost(reflection, level);
-      }
+      constexpr int kBits = 16;
+      const auto [u, least] = boost::math::tools::brent_find_minima(at, std::max(-3.5, centre - reach),
+                                                                    std::min(3.5, centre + reach), kBits);
+      if (least >= best) continue;
+      reflection[p] = std::tanh(u);
+      best = least;
     }
     if (before - best < 1e-7) break;
   }

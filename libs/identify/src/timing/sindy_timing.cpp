@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <optional>
 #include <set>
@@ -71,14 +72,10 @@ Lags weak_lags(const std::vector<Recording>& records, const SindyOptions& option
         value[k] = at(kGrid[k]);
         if (value[k] < value[best]) best = k;
       }
-      double low = kGrid[best > 0 ? best - 1 : 0], high = kGrid[std::min(best + 1, kGrid.size() - 1)];
-      constexpr double kGolden = 0.6180339887498949;
-      while (high - low > 0.05 * (1 + 0.1 * low)) {
-        const double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-        (at(a) < at(b) ? high : low) = at(a) < at(b) ? b : a;
-      }
-      const double middle = 0.5 * (low + high);
-      lag[j] = at(middle) < value[0] ? middle : 0;
+      constexpr int kBits = 8;  // a lag to a hundredth of itself
+      const double low = kGrid[best > 0 ? best - 1 : 0], high = kGrid[std::min(best + 1, kGrid.size() - 1)];
+      const auto [middle, least] = boost::math::tools::brent_find_minima(at, low, high, kBits);
+      lag[j] = least < value[0] ? middle : 0;
     }
   }
   return lag;
