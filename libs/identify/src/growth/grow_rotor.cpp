@@ -50,6 +50,30 @@ bool small(const std::vector<RotorRecord>& records) {
   return processors() > 1 && readings < kMostReadings;
 }
 
+/// A whirl that drives itself: the best search begun at one, and what is said where none explains the records.
+struct Driven {
+  std::unique_ptr<RotorSearch> search;
+  std::string said;
+  double misfit() const { return search ? search->misfit() : INFINITY; }
+};
+/// `misfit`: of the best search without; `search` begins one. The first that explains the records ends it.
+template <class Search>
+Driven driven_by_itself(const std::vector<WhirlStart>& starts, double misfit, const OutputErrorOptions& active,
+                        const Search& search) {
+  Driven best;
+  for (const WhirlStart& whirl : starts) {
+    // Parts with starts of their own follow a true whirl better than any single motion.
+    if (misfit < whirl.chi_square) continue;
+    OutputErrorOptions with = active;
+    with.terms = whirl.fit.terms;
+    std::unique_ptr<RotorSearch> other = search(whirl.fit.model, whirl.fit.eps, with);
+    if (whirl.parts > 1 && best.said.empty()) best.said = whirl.reason();
+    if (!best.search || other->misfit() < best.misfit()) best.search = std::move(other);
+    if (best.misfit() < rules::kModelError) break;
+  }
+  return best;
+}
+
 }  // namespace
 
 GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const std::vector<RotorRecord>& moving,
@@ -114,28 +138,18 @@ GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const std::vector
     take(std::move(rare), rules::kHalf);
   }
   // (A whirl of its own is followed over parts of the displacements: not sought in an integral.)
-  std::unique_ptr<RotorSearch> driven;
-  std::string said;
+  Driven driven;
   if (options.terms && displacement && !found() &&
-      (first.summary.chi_square > rules::kAnotherModel || first.model.c <= 0)) {
-    for (const WhirlStart& whirl : self_excited_starts(records, weak, first)) {
-      // Parts with starts of their own follow a true whirl better than any single motion.
-      if (best && misfit() < whirl.chi_square) continue;
-      OutputErrorOptions with = active;
-      with.terms = whirl.fit.terms;
-      std::unique_ptr<RotorSearch> other = search(whirl.fit.model, whirl.fit.eps, with);
-      if (whirl.parts > 1 && said.empty()) said = whirl.reason();
-      if (other->misfit() < rules::kModelError) return std::move(*other).finish();
-      if (!driven || other->misfit() < driven->misfit()) driven = std::move(other);
-    }
-  }
+      (first.summary.chi_square > rules::kAnotherModel || first.model.c <= 0))
+    driven = driven_by_itself(self_excited_starts(records, weak, first), misfit(), active, search);
+  if (driven.misfit() < rules::kModelError) return std::move(*driven.search).finish();
   if (!best) take(search(first.model, first.eps, active), kAny);
   if (options.search_modes && best->usable() && !found() && !two())
     take(with_modes ? std::move(with_modes) : search(first.model, first.eps, active, Beside::modes), rules::kHalf);
-  for (std::unique_ptr<RotorSearch>* other : {&driven, &lower})
+  for (std::unique_ptr<RotorSearch>* other : {&driven.search, &lower})
     if (*other) take(std::move(*other), rules::kHalf);
   GrownRotor grown = std::move(*best).finish();
-  if (!said.empty() && !(grown.misfit() < rules::kModelError)) grown.warnings.push_back(said);
+  if (!driven.said.empty() && !(grown.misfit() < rules::kModelError)) grown.warnings.push_back(driven.said);
   return grown;
 }
 
