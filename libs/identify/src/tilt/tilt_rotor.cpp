@@ -7,13 +7,16 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "tilt/tilt_trajectory.hpp"
 #include "validate/free_run_errors.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/parallel.hpp"
 #include "whirl/identify/trajectory.hpp"
 #include "whirl/rotor/simulate.hpp"
+#include "whirl/signal/fft.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -58,7 +61,6 @@ TrajectoryOptions options_of(const RotorRecord& record) {
   options.output_sd = Eigen::Vector2d(record.noise_x, record.noise_y);
   options.substeps = 1;  // the records are thinned to what one step takes
   options.max_iterations = 25;
-  options.tolerance = 1e-5;  // of 12 s at 1 kHz a quarter of what moves an estimate by its deviation
   return options;
 }
 
@@ -70,7 +72,9 @@ TrajectoryFit fit_from(const RotorRecord& record, const Values& values, double t
   // Undamped first steps went astray: the starts of many short runs hold the hidden tilt hardly at all.
   constexpr double kFromAfar = 0.1;
   const TrajectoryOptions options = options_of(record);
-  TrajectoryOptions from_afar = options;
+  TrajectoryOptions begun = options;  // what another fit goes on from
+  begun.tolerance = 1e-5;
+  TrajectoryOptions from_afar = begun;
   from_afar.damping = kFromAfar;
   const Recording coarse = thinned(record, kStep, top), fine = thinned(record, kFine, top);
   const auto ends_above = [&](const TrajectoryFit& fit) { return fit.converged && fit.rmse > kAlike * limits.target; };
@@ -84,7 +88,7 @@ TrajectoryFit fit_from(const RotorRecord& record, const Values& values, double t
     if (fit.diverged) return fit;
     model = fit.model;
   }
-  fit = fit_whole(model, coarse, cut(model, coarse, coarse.size()), options, limits.target);
+  fit = fit_whole(model, coarse, cut(model, coarse, coarse.size()), begun, limits.target);
   fit.diverged = fit.diverged || !std::isfinite(fit.rmse) || fit.rmse > limits.most || ends_above(fit);
   if (fit.diverged) return fit;
   std::vector<TrajectoryRun> whole = fit.runs;
@@ -196,9 +200,31 @@ IdentifiedModel described(const TrajectoryFit& fit) {
   return model;
 }
 
+/// What a fit leaves at the frequencies of the motion, by the noise there: over all frequencies it hides in the noise
+/// of those that have none. What is no disc that tilts may be followed by one up to there (jitter of the angle, hum).
+double misfit_in_band(const TrajectoryFit& fit, const RotorRecord& record) {
+  constexpr double kBand = 1.5;  // of the highest speed
+  const Recording all = run_record(record, 1);
+  TrajectoryRun run = fit.runs.front();
+  run.count = all.size();
+  const Eigen::MatrixXd readings = follow(fit.model, all, run);
+  if (readings.rows() != all.size()) return INFINITY;
+  const auto lines = static_cast<Eigen::Index>(kBand * record.speed_high() / kTwoPi * all.duration());
+  double power = 0, of_noise = 0;
+  for (const auto& [channel, column, noise] : {std::tuple("x", 0, record.noise_x), {"y", 1, record.noise_y}}) {
+    const Eigen::ArrayXd left = all[channel] - readings.col(column);
+    const Eigen::VectorXcd spectrum = signal::real_fft(Eigen::VectorXd(left.isFinite().select(left, 0.0)));
+    const Eigen::Index count = std::min(lines, spectrum.size() - 1);
+    power += spectrum.segment(1, count).squaredNorm();
+    of_noise += static_cast<double>(count * left.isFinite().count()) * noise * noise;
+  }
+  return power / of_noise;
+}
+
 /// Nothing where the information gives no variances.
 std::optional<IdentifiedModel> model_of(const TrajectoryFit& fit, const RotorRecord& record) {
   IdentifiedModel model = described(fit);
+  model.summary.chi_square = std::max(model.summary.chi_square, misfit_in_band(fit, record));
   model.sample_time = record.dt;
   model.noise_sd = std::sqrt(0.5 * record.noise_variance());
   model.summary.residual = fit.rmse * model.noise_sd;

@@ -29,7 +29,7 @@ bool has_tilt(const IdentifiedModel& model);
 /// Such a rotor by free runs of one record, from several starts about the plain rotor that explains it best; the hidden
 /// motion is estimated. Nothing where its noise is coloured, it has hum or drift, or no start follows it; `target`:
 /// residual by noise that the fit has to come below, a start that will not is given up. `chi_square` of the summary:
-/// residual variance by the noise.
+/// residual variance by the noise, over all frequencies or at those of the motion, the larger.
 std::optional<IdentifiedModel> fit_tilt_rotor(const RotorRecord& record, const RotorModel& start,
                                               double target = std::numeric_limits<double>::infinity());
 /// The same begun at a model of that kind, of a record of the same machine.
