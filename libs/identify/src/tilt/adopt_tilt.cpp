@@ -28,9 +28,10 @@ bool asks_for_more(const RotorIdentification& found, const RotorIdentifyOptions&
 /// The share of the likelihood that a mode found by search has to bring (identify_rotor.hpp).
 bool clearly_better(const IdentifiedModel& tilting, const RotorIdentification& found, const RotorRecord& record,
                     const RotorIdentifyOptions& options) {
-  const double chi_square = tilting.summary.chi_square, values = 2 * static_cast<double>(record.size());
-  return chi_square < rules::kModelError &&
-         values * (found.fit.summary.chi_square - chi_square) / std::max(1.0, chi_square) >
+  // The likelihoods are those of all frequencies, as that of the plain rotor is.
+  const double left = tilting.summary.residual / tilting.noise_sd, values = 2 * static_cast<double>(record.size());
+  return tilting.summary.chi_square < rules::kModelError &&
+         values * (found.fit.summary.chi_square - left * left) / std::max(1.0, left * left) >
              rules::kOfSearch * options.score_threshold;
 }
 
