@@ -53,7 +53,13 @@ void judge_tilt(const RotorRecord& record, double peak, IdentifiedModel& model) 
       "Trust the motion it predicts from {:.1f} to {:.1f} Hz up to {:.2g} mm (radius): a disc that tilts, "
       "found in this record alone.",
       record.speed_low() * kHzPerRadPerSec, high, 1e3 * peak);
-  if (ratio.covers(0))
+  constexpr double kLeastDamping = 5e-4;  // ratio, of steel alone; joints and bearings add to it
+  if (model.parameter("c_tilt")->high < 2 * kLeastDamping * upper / kHzPerRadPerSec)
+    trust += fmt::format(
+        " Its upper mode does not decay: a vibration from outside at {:.4g} Hz (a neighbour machine, hum) reads alike; "
+        "to decide: a record at rest.",
+        upper);
+  else if (ratio.covers(0))
     trust += " A support that moves reads alike; to decide: a hammer test (--modes), or a second plane of probes.";
   trust += " Laws, balancing and margins are for a disc that does not tilt and do not take this model.";
   if (ratio.value + rules::kImpossible * ratio.sd < 0 || ratio.value - rules::kImpossible * ratio.sd > 2) {

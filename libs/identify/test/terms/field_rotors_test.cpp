@@ -78,6 +78,15 @@ TEST(FieldRotorProperty, JitterAndHumAreNoDiscThatTilts) {
   }
 }
 
+// The floor shakes with the machine beside it: what is found is a motion that does not decay, at that machine's
+// frequency.
+TEST(FieldRotorProperty, AMachineBesideItReadsAsAModeThatDoesNotDecay) {
+  const FieldRecord truth = testing::field_record(FieldKind::neighbour, 40, 85004);
+  const Identification id = identify(truth.record);
+  ASSERT_NE(id.model.parameter("second_frequency"), nullptr);
+  EXPECT_THAT(id.summary.trust, ::testing::HasSubstr("does not decay: a vibration from outside"));
+}
+
 // The instant of a change belongs to the record that holds it: another run was predicted with the old machine up to the
 // same time after its start, 13 to 26 times farther off than stated.
 TEST(FieldRotorProperty, AnotherRunIsPredictedWithTheMachineAsItIsNow) {
