@@ -274,6 +274,7 @@ TEST_F(FileOutput, AnOpenDescriptorIsWrittenFromItsPlaceAndStaysOpen) {
 }
 
 TEST_F(FileOutput, StandardOutputIsWrittenBehindWhatWasPrinted) {
+  std::fflush(stdout);  // what this program has printed itself
   const int kept[] = {::dup(1), ::dup(2)};
   const int captured = ::open(at("out").c_str(), O_RDWR | O_CREAT, 0644);
   ::dup2(captured, 1);

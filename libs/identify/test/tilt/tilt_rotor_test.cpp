@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <tuple>
 
 #include "tilt/adopt_tilt.hpp"
 #include "tilt/tilt_trajectory.hpp"
@@ -141,11 +143,26 @@ TEST(TiltRotor, MomentsOfInertiaThatNoDiscHasAreNotTrusted) {
   const RotorRecord record = rotor_record(testing::machine_record(testing::draw_machine(Oddity::tilt, 541), 40, 541));
   for (const double polar : {-0.27, 0.0, 0.02, 1.0, 1.98, 2.3}) {
     IdentifiedModel m;
-    m.parameters = {{"polar_ratio", Estimate::from_sd(polar, 0.01)}, {"second_frequency", Estimate::from_sd(60, 0.1)}};
+    m.parameters = {{"polar_ratio", Estimate::from_sd(polar, 0.01)},
+                    {"second_frequency", Estimate::from_sd(60, 0.1)},
+                    {"c_tilt", Estimate::from_sd(0.5, 0.1)}};
     detail::judge_tilt(record, 1e-3, m);
     const bool possible = polar >= 0 && polar <= 2;
     EXPECT_EQ(m.summary.status == Status::ok, possible) << polar;
     EXPECT_EQ(m.summary.trust.starts_with("Trust"), possible) << polar;
+  }
+}
+
+// What decays less than steel does is no part of the rotor.
+TEST(TiltRotor, AnUpperModeThatDoesNotDecayReadsLikeAVibrationFromOutside) {
+  const RotorRecord record = rotor_record(testing::machine_record(testing::draw_machine(Oddity::tilt, 541), 40, 541));
+  for (const auto& [decay, sd, outside] : {std::tuple(0.01, 0.01, true), {0.05, 0.01, false}, {0.0, 0.1, false}}) {
+    IdentifiedModel m;
+    m.parameters = {{"polar_ratio", Estimate::from_sd(0, 0.01)},
+                    {"second_frequency", Estimate::from_sd(60, 0.1)},  // 2 times 0.0005 of it: 0.06 1/s
+                    {"c_tilt", Estimate::from_sd(decay, sd)}};
+    detail::judge_tilt(record, 1e-3, m);
+    EXPECT_EQ(m.summary.trust.find("does not decay") != std::string::npos, outside) << decay << " +- " << sd;
   }
 }
 
