@@ -60,7 +60,9 @@ void judge_tilt(const RotorRecord& record, double peak, IdentifiedModel& model) 
         "to decide: a record at rest.",
         upper);
   else if (ratio.covers(0))
-    trust += " A support that moves reads alike; to decide: a hammer test (--modes), or a second plane of probes.";
+    s.warn(
+        "a support that moves reads alike: k1, c and e are those of the disk only where its supports stay at rest; to "
+        "decide: a hammer test (--modes), or a second plane of probes");
   trust += " Laws, balancing and margins are for a disc that does not tilt and do not take this model.";
   if (ratio.value + rules::kImpossible * ratio.sd < 0 || ratio.value - rules::kImpossible * ratio.sd > 2) {
     s.add({FindingCode::inertia_impossible, Consequence::no_trust, {{"polar_ratio", ratio.value}}});

@@ -148,8 +148,10 @@ TEST(TiltRotor, MomentsOfInertiaThatNoDiscHasAreNotTrusted) {
                     {"c_tilt", Estimate::from_sd(0.5, 0.1)}};
     detail::judge_tilt(record, 1e-3, m);
     const bool possible = polar >= 0 && polar <= 2;
-    EXPECT_EQ(m.summary.status == Status::ok, possible) << polar;
+    EXPECT_EQ(m.summary.distrust() == nullptr, possible) << polar;
     EXPECT_EQ(m.summary.trust.starts_with("Trust"), possible) << polar;
+    // Without a gyroscopic moment it may be a support: c 57 % off at 5 standard deviations was stated (Morton bow).
+    EXPECT_EQ(m.summary.status == Status::ok, possible && polar > 0) << polar;
   }
 }
 
