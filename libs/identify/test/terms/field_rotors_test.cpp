@@ -67,6 +67,14 @@ TEST(FieldRotorProperty, ABowThatGrowsIsNamed) {
   }
 }
 
+// The rest shows no critical speed, and read the bow that grows as something else: "parts of them give different
+// parameters" was said of the right model.
+TEST(FieldRotorProperty, ARestThatReadsInTwoWaysContradictsOnlyWhereBothDo) {
+  const Identification id = identify(testing::odd_record(testing::OddKind::growing_bow, 40, 84001).record);
+  EXPECT_EQ(id.summary.distrust(), nullptr);
+  EXPECT_EQ(id.summary.status, Status::ok) << id.summary.trust;
+}
+
 // Both are followed by a disc that tilts: over all frequencies to 1.03 times the noise, at those of the motion to 1.5
 // and 2.1. It was stated: k1 1 % off at 7 standard deviations.
 TEST(FieldRotorProperty, JitterAndHumAreNoDiscThatTilts) {
