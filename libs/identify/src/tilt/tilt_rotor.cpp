@@ -203,7 +203,7 @@ IdentifiedModel described(const TrajectoryFit& fit) {
 /// What a fit leaves at the frequencies of the motion, by the noise there: over all frequencies it hides in the noise
 /// of those that have none. What is no disc that tilts may be followed by one up to there (jitter of the angle, hum).
 double misfit_in_band(const TrajectoryFit& fit, const RotorRecord& record) {
-  constexpr double kBand = 1.5;  // of the highest speed
+  constexpr double kBand = 1.5;  // of the highest speed: synchronous whirl, and the free one below it
   const Recording all = run_record(record, 1);
   TrajectoryRun run = fit.runs.front();
   run.count = all.size();
