@@ -57,7 +57,9 @@ set(WHIRL_HEADERS <Eigen/Dense> <fmt/format.h> <algorithm> <array> <cmath> <comp
     "${PROJECT_SOURCE_DIR}/libs/core/internal/whirl/core/decompositions.hpp")
 set(WHIRL_HEADERS_guarded <nlohmann/json.hpp>)
 set(WHIRL_HEADERS_program <CLI/CLI.hpp>)
-set(WHIRL_HEADERS_test <gmock/gmock.h> <gtest/gtest.h>)
+set(WHIRL_HEADERS_test <gmock/gmock.h> <gtest/gtest.h> "${PROJECT_SOURCE_DIR}/testing/include/whirl/testing/comparisons.hpp")
+# Tests run once for every time they are compiled. They contract products and sums as the code under test does.
+set(WHIRL_FLAGS_test $<$<CONFIG:Release>:-O1> $<$<CONFIG:Release>:-fexpensive-optimizations>)
 
 # whirl_precompile(<target> library|guarded|program|test)
 # Compiles the headers of a kind once; targets of one kind have the same flags.
@@ -71,9 +73,12 @@ function(whirl_precompile target kind)
     else()
       add_executable(${owner} EXCLUDE_FROM_ALL "${source}") # compiled as programs are
     endif()
+    target_include_directories(${owner} PRIVATE "${PROJECT_SOURCE_DIR}/libs/core/internal")
     target_link_libraries(${owner} PRIVATE whirl_flags fmt::fmt $<$<STREQUAL:${kind},guarded>:whirl_guards>
       $<$<STREQUAL:${kind},program>:whirl_guards> $<$<STREQUAL:${kind},test>:GTest::gtest> $<$<STREQUAL:${kind},test>:GTest::gmock>)
+    target_compile_options(${owner} PRIVATE ${WHIRL_FLAGS_${kind}})
     target_precompile_headers(${owner} PRIVATE ${WHIRL_HEADERS} ${WHIRL_HEADERS_${kind}})
   endif()
+  target_compile_options(${target} PRIVATE ${WHIRL_FLAGS_${kind}})
   target_precompile_headers(${target} REUSE_FROM ${owner})
 endfunction()

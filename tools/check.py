@@ -2,7 +2,7 @@
 """The quick tier of the suite: every test of less than 0.2 s, two programs at a time, and what a developer asks every hour.
 
 Usage: check.py BUILD [--lib NAME] [--record]
-  --lib NAME    one library: its test program alone, slow tests too
+  --lib NAME    one library: its test program alone (its slow tests too: bin/whirl_NAME_test)
   --record      write the tests above 0.2 s of the last `ctest` run into tests/slow.txt
 
 Prints the tests that failed, the test programs that cover the changed files (from the link graph), and what became slower:
@@ -103,12 +103,14 @@ def print_slower(what, before, now, least):
 
 
 def record(build):
-    costs = {}
+    listing = subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1"], capture_output=True, text=True, check=True).stdout
+    known, costs = {test["name"] for test in json.loads(listing)["tests"]}, {}
     for line in (build / "Testing/Temporary/CTestCostData.txt").read_text().splitlines():
         if line == "---":
             break
         name, _, cost = line.rsplit(" ", 2)
-        costs[name] = float(cost)
+        if name in known:  # tests that are gone stay in ctest's file
+            costs[name] = float(cost)
     rows = [f"{name} {cost:.1f}" for name, cost in sorted(costs.items()) if cost >= QUICK]
     SLOW.write_text("# Tests above 0.2 s on two cores, with their seconds: `tools/check.py build --record` after `make test`.\n" +
                     "\n".join(rows) + "\n")
@@ -128,7 +130,7 @@ def main():
     if o.lib and f"whirl_{o.lib}_test" not in available:
         print(f"check: no test program of '{o.lib}'; there are: {', '.join(n[6:-5] for n in available)}", file=sys.stderr)
         return 2
-    slow, begin, jobs = (set() if o.lib else slow_tests()), time.monotonic(), []
+    slow, begin, jobs = slow_tests(), time.monotonic(), []
     cores = os.cpu_count() or 2
     for name, path in available.items():
         if o.lib and name != f"whirl_{o.lib}_test":

@@ -71,7 +71,7 @@ class Run {
           a(k, 2 + static_cast<Index>(p)) = std::polar(1.0, found[p].speed * (1 + bend) * s);
       }
       const VectorXcd z = curve_.vector.segment(first, rows);
-      const VectorXcd fit = (a.adjoint() * a).ldlt().solve(a.adjoint() * z);
+      const VectorXcd fit = Eigen::MatrixXcd(a.adjoint() * a).ldlt().solve(Eigen::VectorXcd(a.adjoint() * z));
       const double left = (z - a * fit).squaredNorm();
       if (left < smallest) smallest = left, best = fit[0];
     }
@@ -96,7 +96,8 @@ class Run {
         const auto free = std::polar(1.0, p.speed * (1 + bend) * (time_[ends + k] - time_[ends]));
         a.row(k) << 1.0, s, s * s, free, s * free;
       }
-      const double left = (z - a * (a.adjoint() * a).ldlt().solve(a.adjoint() * z)).squaredNorm();
+      const double left =
+          (z - a * Eigen::MatrixXcd(a.adjoint() * a).ldlt().solve(Eigen::VectorXcd(a.adjoint() * z))).squaredNorm();
       if (left < smallest) smallest = left, p.ringing = p.speed * (1 + bend);
     }
   }

@@ -45,7 +45,7 @@ ModalModel modes_of(const TwoDiscs& d, bool roving, double sd_f, double sd_zeta,
   a.topRightCorner<2, 2>().setIdentity();
   a.bottomLeftCorner<2, 2>() = -by * d.stiffness;
   a.bottomRightCorner<2, 2>() = -by * d.damping;
-  const Eigen::EigenSolver<Eigen::Matrix4d> eigen(a);
+  const Eigen::EigenSolver<Eigen::MatrixXd> eigen(Eigen::MatrixXd{a});
   const Eigen::Matrix4cd inverse = eigen.eigenvectors().inverse();
   std::normal_distribution<double> normal;
   ModalModel m;

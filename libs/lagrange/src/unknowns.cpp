@@ -203,7 +203,7 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const expr::Candid
     const double floor = 1e-9 * stated.size(p);
     weight[p] = 1 / std::max({variance > 0 ? std::sqrt(variance) : 0.0, floor, std::numeric_limits<double>::min()});
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(weight.asDiagonal() * a);
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(Eigen::MatrixXd(weight.asDiagonal() * a));
   const Eigen::MatrixXd map = qr.solve(Eigen::MatrixXd(weight.asDiagonal() * stated.columns));
   result.value = map * stated.value;
   const Eigen::VectorXd misfit = stated.columns * stated.value - a * result.value;

@@ -29,7 +29,7 @@ TEST(BlowCheckRules, ComplexityIsThatOfTheLineOfBestFit) {
     shape *= std::polar(1.3, normal(random));
     Eigen::MatrixX2d parts(5, 2);
     parts << shape.real(), shape.imag();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(Eigen::Matrix2d(parts.transpose() * parts));
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(Eigen::MatrixXd(parts.transpose() * parts));
     const double low = axes.eigenvalues()[0], high = axes.eigenvalues()[1];
     const ModeComplexity c = mode_complexity(shape);
     EXPECT_NEAR(c.mpc, std::pow((high - low) / (high + low), 2), 1e-12);

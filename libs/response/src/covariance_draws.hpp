@@ -17,8 +17,7 @@ class CovarianceDraws {
       : rotor_(rotor), random_(seed) {
     if (covariance.size() != 25) throw Error("a band needs the model's covariance of k1, k2, c, eps");
     const Eigen::Map<const Eigen::Matrix<double, 5, 5>> c(covariance.data());
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 5, 5>> eigen(
-        Eigen::Matrix<double, 5, 5>(0.5 * (c + c.transpose())));
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(Eigen::MatrixXd(0.5 * (c + c.transpose())));
     root_ = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
   }
   RotorModel operator()() {

@@ -152,7 +152,8 @@ DecayCurve decay_curve(const Eigen::Ref<const VectorXd>& x, double dt, const Dec
     // The linear unknowns first: one Gauss-Newton step from zero amplitude moves only them.
     problem.linearise(start, sum);
     const Index linear = start.p.size() - 4;
-    start.p.tail(linear) += sum.normal.bottomRightCorner(linear, linear).ldlt().solve(sum.gradient.tail(linear));
+    start.p.tail(linear) +=
+        MatrixXd(sum.normal.bottomRightCorner(linear, linear)).ldlt().solve(VectorXd(sum.gradient.tail(linear)));
     problem.linearise(start, sum);
     const DescentReport report = descend(problem, start, sum, 40);
     const double variance = sum.cost / (used - static_cast<double>(start.p.size()));

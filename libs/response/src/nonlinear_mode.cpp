@@ -37,7 +37,7 @@ Regression solve(const MatrixXd& x, const VectorXd& y, const std::vector<Index>&
   const VectorXd scale = part.colwise().norm().cwiseMax(1e-300);
   const MatrixXd z = part * scale.cwiseInverse().asDiagonal();
   const VectorXd b = z.colPivHouseholderQr().solve(y);
-  const MatrixXd inverse = (z.transpose() * z).ldlt().solve(MatrixXd::Identity(z.cols(), z.cols()));
+  const MatrixXd inverse = MatrixXd(z.transpose() * z).ldlt().solve(MatrixXd(MatrixXd::Identity(z.cols(), z.cols())));
   Regression r;
   r.value = VectorXd::Zero(x.cols());
   r.sd = VectorXd::Constant(x.cols(), std::nan(""));

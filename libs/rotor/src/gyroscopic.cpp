@@ -52,7 +52,7 @@ Eigen::Vector4cd whirl_poles(const GyroscopicRotor& r, double omega) {
   a(3, 0) = -r.shaft.k12 / r.diametral;
   a(3, 1) = -r.shaft.k22 / r.diametral;
   a(3, 3) = Complex(-r.tilt_damping, r.polar * omega) / r.diametral;
-  Eigen::Vector4cd poles = Eigen::ComplexEigenSolver<Eigen::Matrix4cd>(a, false).eigenvalues();
+  Eigen::Vector4cd poles = Eigen::ComplexEigenSolver<Eigen::MatrixXcd>(Eigen::MatrixXcd(a), false).eigenvalues();
   std::sort(poles.begin(), poles.end(), [](Complex p, Complex q) { return p.imag() < q.imag(); });
   return poles;
 }

@@ -69,7 +69,7 @@ bool returns_to_place(const System& system, double speed) {
   const Equations<MatrixXd> e = plane_equations(system, speed);
   const MatrixXd stiffness = (e.stiffness + e.stiffness.transpose()) / 2;
   const double shift = kRounding * stiffness.diagonal().cwiseAbs().maxCoeff() / e.mass.diagonal().cwiseAbs().maxCoeff();
-  return Eigen::LLT<MatrixXd>(stiffness + shift * (e.mass + e.mass.transpose()) / 2).info() == Eigen::Success;
+  return Eigen::LLT<MatrixXd>(MatrixXd(stiffness + shift * (e.mass + e.mass.transpose()) / 2)).info() == Eigen::Success;
 }
 
 namespace {

@@ -67,7 +67,7 @@ std::vector<Pole> of_matrices(const io::Json& document, const io::JsonReader& in
   if (in.has("D") && read_line(document, in, "D", 1)[0] != 0) {
     throw in.at("D").error("must be 0: a force moves no mass at once");
   }
-  const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(a.cast<Complex>());
+  const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(Eigen::MatrixXcd(a.cast<Complex>()));
   if (solver.info() != Eigen::Success) throw in.at("A").error("its eigenvalues were not found");
   const Eigen::MatrixXcd vectors = solver.eigenvectors();
   const Eigen::PartialPivLU<Eigen::MatrixXcd> left(vectors);

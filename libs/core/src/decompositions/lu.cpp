@@ -2,8 +2,8 @@
 
 namespace Eigen {
 
-template class PartialPivLU<MatrixXd>;
-template class PartialPivLU<MatrixXcd>;
+template void PartialPivLU<MatrixXd>::compute();
+template void PartialPivLU<MatrixXcd>::compute();
 
 }  // namespace Eigen
 

@@ -2,8 +2,8 @@
 
 namespace Eigen {
 
-WHIRL_SOLVER(template, HouseholderQR, MatrixXd, VectorXd)
-WHIRL_SOLVER(template, ColPivHouseholderQR, MatrixXd, VectorXd)
-WHIRL_SOLVER(template, CompleteOrthogonalDecomposition, MatrixXd, VectorXd)
+WHIRL_QR(template, HouseholderQR, MatrixXd, VectorXd)
+WHIRL_QR(template, ColPivHouseholderQR, MatrixXd, VectorXd)
+WHIRL_QR(template, CompleteOrthogonalDecomposition, MatrixXd, VectorXd)
 
 }  // namespace Eigen

@@ -2,6 +2,6 @@
 
 namespace Eigen {
 
-template class BDCSVD<MatrixXcd>;
+template BDCSVD<MatrixXcd>& BDCSVD<MatrixXcd>::compute(const MatrixXcd&, unsigned);
 
 }  // namespace Eigen

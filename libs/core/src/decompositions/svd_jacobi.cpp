@@ -2,6 +2,6 @@
 
 namespace Eigen {
 
-template class JacobiSVD<MatrixXd>;
+template JacobiSVD<MatrixXd>& JacobiSVD<MatrixXd>::compute(const MatrixXd&, unsigned);
 
 }  // namespace Eigen

@@ -2,6 +2,6 @@
 
 namespace Eigen {
 
-template class JacobiSVD<MatrixXcd>;
+template JacobiSVD<MatrixXcd>& JacobiSVD<MatrixXcd>::compute(const MatrixXcd&, unsigned);
 
 }  // namespace Eigen

@@ -178,7 +178,7 @@ LineValue LineBlock::added_alone(const Line& l, bool against_floor) const {
   for (std::size_t k = 0; k < near.size(); ++k) a.middleCols(static_cast<Index>(2 * k), 2) = columns(*near[k]);
   if (a.cols() > 0) {
     const MatrixXd weighted = weight_.asDiagonal() * a;
-    c -= a * (a.transpose() * weighted).ldlt().solve(weighted.transpose() * c);
+    c -= a * MatrixXd(a.transpose() * weighted).ldlt().solve(weighted.transpose() * c);
   }
   const Eigen::MatrixX2d weighted = weight_.asDiagonal() * c;
   const Eigen::Matrix2d left = c.transpose() * weighted;

@@ -126,7 +126,7 @@ LinearPart linear_part(const IdentifiedModel& model, const Eigen::MatrixXd& ties
 std::vector<BoundRow> decay_rows(const LinearPart& part, const Eigen::VectorXd& p, double least_decay) {
   Eigen::MatrixXd j = part.fixed;
   for (std::size_t k = 0; k < part.slope.size(); ++k) j += p[static_cast<Eigen::Index>(k)] * part.slope[k];
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(j), transposed(j.transpose());
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(j), transposed(Eigen::MatrixXd(j.transpose()));
   constexpr double kClose = 0.2;
   std::vector<BoundRow> rows, oscillating;
   for (Eigen::Index i = 0; i < j.rows(); ++i) {

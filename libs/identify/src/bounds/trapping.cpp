@@ -182,7 +182,7 @@ Preserving preserving(const Family& f, const VectorXd& p0, const MatrixXd& covar
     asked[r] /= scale;
   }
   const MatrixXd c = covariance * e.transpose();
-  const auto inverse = Eigen::CompleteOrthogonalDecomposition<MatrixXd>(e * c);
+  const auto inverse = Eigen::CompleteOrthogonalDecomposition<MatrixXd>(MatrixXd(e * c));
   const VectorXd multipliers = inverse.solve(asked);
   Preserving out{p0 - c * multipliers, covariance - c * inverse.solve(c.transpose()), asked.dot(multipliers),
                  inverse.rank()};
@@ -244,7 +244,7 @@ VectorXd best_shift(const Quadratic& q, const VectorXd& centre, double margin) {
   const double tolerance = 0.01 * margin;
   VectorXd best = centre;
   double high = largest(q.symmetric(centre)),
-         low = Eigen::SelfAdjointEigenSolver<MatrixXd>(q.linear + q.linear.transpose()).eigenvalues()[0] / 2;
+         low = Eigen::SelfAdjointEigenSolver<MatrixXd>(MatrixXd(q.linear + q.linear.transpose())).eigenvalues()[0] / 2;
   double smallest = INFINITY;
   const auto take = [&](const VectorXd& m) {
     const double value = largest(q.symmetric(m));

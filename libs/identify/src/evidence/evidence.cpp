@@ -53,7 +53,8 @@ std::vector<CollinearGroup> collinear_groups(const Eigen::MatrixXd& gram, const 
   const Eigen::Index n = gram.rows();
   if (n < 2 || !gram.allFinite()) return groups;
   const Eigen::VectorXd unit = gram.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * gram * unit.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      Eigen::MatrixXd(unit.asDiagonal() * gram * unit.asDiagonal()));
   const double largest = eigen.eigenvalues()[n - 1];
   for (Eigen::Index k = 0; k < n; ++k) {
     const double index = std::sqrt(largest / std::max(eigen.eigenvalues()[k], 1e-300));

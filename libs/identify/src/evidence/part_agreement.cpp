@@ -125,7 +125,7 @@ std::vector<Part> parts_of(const Runs& runs) {
     const Eigen::MatrixXd normal = sums[r].normal.selfadjointView<Eigen::Lower>();
     // The best start for any coefficients.
     const Eigen::MatrixXd towards =
-        normal.bottomRightCorner(n, n).ldlt().solve(Eigen::MatrixXd(normal.bottomLeftCorner(n, p)));
+        Eigen::MatrixXd(normal.bottomRightCorner(n, n)).ldlt().solve(Eigen::MatrixXd(normal.bottomLeftCorner(n, p)));
     parts.push_back({runs.record[runs.cut[r].record], time(runs.cut[r].first),
                      time(runs.cut[r].first + runs.cut[r].count), marginal_information(normal, p) / runs.variance,
                      (sums[r].gradient.head(p) - towards.transpose() * sums[r].gradient.tail(n)) / runs.variance});

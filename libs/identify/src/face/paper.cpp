@@ -125,7 +125,9 @@ Eigen::VectorXd start_state(const RotorRecord& record, Eigen::Index first, const
   for (Eigen::Index i = 0; i < rows; ++i) {
     basis.row(i) << 1.0, std::polar(1.0, beta(i)), std::polar(1.0, -beta(i));
   }
-  const Eigen::VectorXcd p = (basis.adjoint() * basis).ldlt().solve(basis.adjoint() * record.z.segment(first, rows));
+  const Eigen::VectorXcd p = Eigen::MatrixXcd(basis.adjoint() * basis)
+                                 .ldlt()
+                                 .solve(Eigen::VectorXcd(basis.adjoint() * record.z.segment(first, rows)));
   const std::complex<double> forward = p[1] * std::polar(1.0, beta(0)), backward = p[2] * std::polar(1.0, -beta(0));
   const std::complex<double> z = p[0] + forward + backward;
   const std::complex<double> dz = std::complex<double>(0, record.angle.omega[2 * first]) * (forward - backward);

@@ -72,7 +72,8 @@ std::vector<AbsentTerm> absent_terms(const std::vector<RotorRecord>& records, co
   }
 
   const Eigen::VectorXd scale = sum.normal.diagonal()(known).cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::LDLT<Eigen::MatrixXd> own(scale.asDiagonal() * sum.normal(known, known) * scale.asDiagonal());
+  const Eigen::LDLT<Eigen::MatrixXd> own(
+      Eigen::MatrixXd(scale.asDiagonal() * sum.normal(known, known) * scale.asDiagonal()));
   const std::vector<Remainder> left = remainders(sum.normal, sum.gradient, known, absent);
   std::vector<AbsentTerm> out;
   for (std::size_t k = 0; k < absent.size(); ++k) {

@@ -60,7 +60,8 @@ TermCost term_cost(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradien
 std::vector<TermSet> rival_sets(const TermCost& cost, const std::vector<int>& present, double margin) {
   // Below this share of the energy a cost is rounding of the sums: such records tell their terms anyway.
   constexpr double kRounding = 1e-11;
-  const Eigen::VectorXd own = cost.information(present, present).ldlt().solve(cost.moment(present));
+  const Eigen::VectorXd own =
+      Eigen::MatrixXd(cost.information(present, present)).ldlt().solve(Eigen::VectorXd(cost.moment(present)));
   const double left = cost_of(cost, present, own);
   std::vector<TermSet> rivals;
   if (!(left > kRounding * cost.energy)) return rivals;

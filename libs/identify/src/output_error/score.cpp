@@ -52,7 +52,8 @@ Evidence evidence(const Remainder& r, double variance) {
   // Columns of unit length; directions that the columns of the candidate share count once.
   const Eigen::VectorXd scale =
       r.information.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * r.information * scale.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      Eigen::MatrixXd(scale.asDiagonal() * r.information * scale.asDiagonal()));
   const Eigen::VectorXd turned = eigen.eigenvectors().transpose() * scale.cwiseProduct(r.gradient);
   int rank = 0;
   for (Eigen::Index k = 0; k < n; ++k) {

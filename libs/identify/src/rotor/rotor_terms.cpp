@@ -115,7 +115,7 @@ double unstable_from(const RotorModel& rotor, const std::vector<RotorTerm>& term
                  ci = rotor.c_conj.imag();
     a.bottomRows<2>() << -rotor.k1 - kr, -ki, -rotor.c - cr, -ci, -ki, -rotor.k1 + kr, -ci, -rotor.c + cr;
     a.bottomRows<2>() += linear(w);
-    return a.eigenvalues().real().maxCoeff();
+    return Eigen::MatrixXd(a).eigenvalues().real().maxCoeff();
   };
   const int steps = linear(0) != linear(most) ? kSteps : 0;
   for (int k = 0; k <= steps; ++k) {

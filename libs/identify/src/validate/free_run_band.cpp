@@ -21,7 +21,8 @@ Eigen::MatrixXd steps_of(const IdentifiedModel& model) {
   const Eigen::MatrixXd covariance = Eigen::Map<const Eigen::MatrixXd>(model.parameter_covariance.data(), p, p);
   if (!covariance.allFinite()) return own.asDiagonal();
   const Eigen::VectorXd by = own.unaryExpr([](double s) { return s > 0 ? 1 / s : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(by.asDiagonal() * covariance * by.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      Eigen::MatrixXd(by.asDiagonal() * covariance * by.asDiagonal()));
   return own.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 

@@ -53,7 +53,7 @@ Eigen::Vector2d parameter_spread(const IdentifiedModel& model, const RotorModel&
   }
   const Eigen::Matrix<double, 5, 1> scale = c.diagonal().cwiseMax(0).cwiseSqrt();
   const Eigen::Matrix<double, 5, 1> by = (scale.array() > 0).select(scale.cwiseInverse(), 0.0);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 5, 5>> eigen(by.asDiagonal() * c * by.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(Eigen::MatrixXd(by.asDiagonal() * c * by.asDiagonal()));
   const Eigen::VectorXcd forcing = rotor::unbalance_forcing(rotor::refine(run.angle, grid.substeps));
   Eigen::Vector2d squares = Eigen::Vector2d::Zero();
   for (Eigen::Index k = 0; k < 5; ++k) {

@@ -141,7 +141,8 @@ AmbientModes decompose_ambient(const Recording& given, const FddOptions& options
   result.singular_values.resize(lines, channels);
   Eigen::MatrixXcd vectors(channels, lines);
   for (Index k = 0; k < lines; ++k) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> eigen(spectra[static_cast<std::size_t>(k)] * scale);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> eigen(
+        Eigen::MatrixXcd(spectra[static_cast<std::size_t>(k)] * scale));
     result.singular_values.row(k) = eigen.eigenvalues().reverse().cwiseMax(0).transpose();
     vectors.col(k) = eigen.eigenvectors().col(channels - 1);
   }

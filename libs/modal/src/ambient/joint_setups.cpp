@@ -98,7 +98,7 @@ Observability observability_of(const Factors& f, Index order, Index references) 
 
 MatrixXd step_of(const Factors& f, Index order, Index references) {
   const Observability o = observability_of(f, order, references);
-  return (o.o1.transpose() * o.o1).llt().solve(o.o1.transpose() * o.o2);
+  return MatrixXd(o.o1.transpose() * o.o1).llt().solve(MatrixXd(o.o1.transpose() * o.o2));
 }
 
 std::vector<Hankels> moved(const std::vector<Hankels>& mean, const std::vector<Hankels>& block, double step) {
@@ -210,7 +210,8 @@ OwnPole own_pole(const SubspacePole& pole, const Factors& f, const Hankels& mean
   const Index rows = f.reference.rows() - references;
   const MatrixXd o1 = f.reference.topLeftCorner(rows, pole.order);
   const VectorXcd left =
-      o1 * ((o1.transpose() * o1).llt().solve(MatrixXd::Identity(pole.order, pole.order)) * pole.left);
+      o1 *
+      (MatrixXd(o1.transpose() * o1).llt().solve(MatrixXd(MatrixXd::Identity(pole.order, pole.order))) * pole.left);
   const MatrixXd t = f.reference.leftCols(pole.order).transpose() * mean.reference;
   MatrixXd states = t * t.transpose();
   states.diagonal().array() += 1e-12 * states.diagonal().maxCoeff();

@@ -29,7 +29,8 @@ VectorXcd changes_of(const SubspacePole& pole, const MatrixXd& u, const MatrixXd
                      const std::vector<MatrixXd>& blocks, Index l, double dt) {
   const Index rows = u.rows() - l;
   const auto o1 = u.topLeftCorner(rows, pole.order);
-  const VectorXcd solved = (o1.transpose() * o1).llt().solve(MatrixXd::Identity(pole.order, pole.order)) * pole.left;
+  const VectorXcd solved =
+      MatrixXd(o1.transpose() * o1).llt().solve(MatrixXd(MatrixXd::Identity(pole.order, pole.order))) * pole.left;
   const VectorXcd left = o1 * solved, column = right.leftCols(pole.order) * pole.right;
   VectorXcd changes(static_cast<Index>(blocks.size()));
   for (std::size_t b = 0; b < blocks.size(); ++b) {
@@ -60,7 +61,7 @@ Found subspace_modes(const MatrixXd& y, double dt, SubspaceBand band, const Subs
     weight = past_weight(r, sizes.rows);
     weighted = h * weight;
   }
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> squares(weighted * weighted.transpose());
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> squares(MatrixXd(weighted * weighted.transpose()));
   Found found;
   found.rank = std::min<Index>(sizes.max_order, h.cols());
   const MatrixXd u = squares.eigenvectors().rowwise().reverse().leftCols(found.rank);

@@ -120,7 +120,7 @@ OrderCurves order_curves(const MatrixXd& y, const Run& run, double dt, int order
       }
       b.row(i) = y.row(k);
     }
-    const Eigen::LDLT<MatrixXd> normal(a.transpose() * a);
+    const Eigen::LDLT<MatrixXd> normal(MatrixXd(a.transpose() * a));
     const MatrixXd x = normal.solve(a.transpose() * b);
     curves.speed[line] = centre;
     for (int order = 0; order < orders; ++order) {

@@ -149,7 +149,7 @@ OrderFit fit_order(const RecordSpectra& spectra, const ShaftAngle& shaft, double
   const double samples = static_cast<double>(2 * half + 1), d = static_cast<double>(z.cols());
   for (Index terms = 1; terms <= kOrderTerms; ++terms) {
     const MatrixXd a = columns.leftCols(terms);
-    const Eigen::LDLT<MatrixXd> normal(a.transpose() * a);
+    const Eigen::LDLT<MatrixXd> normal(MatrixXd(a.transpose() * a));
     OrderFit fit;
     fit.terms = terms;
     fit.model = a * MatrixXcd(normal.solve(MatrixXd(a.transpose() * z.real())).cast<Complex>() +
@@ -176,7 +176,8 @@ Tone take_off_order(MatrixXd& y, const ShaftAngle& shaft, double order, Index te
     columns.row(i).head(terms) = std::cos(phase) * amplitude.row(i);
     columns.row(i).tail(terms) = std::sin(phase) * amplitude.row(i);
   }
-  const MatrixXd x = Eigen::LDLT<MatrixXd>(columns.transpose() * columns).solve(MatrixXd(columns.transpose() * y));
+  const MatrixXd x =
+      Eigen::LDLT<MatrixXd>(MatrixXd(columns.transpose() * columns)).solve(MatrixXd(columns.transpose() * y));
   Tone tone;
   tone.frequency = order * shaft.frequency;
   tone.amplitude.resize(y.cols());

@@ -151,7 +151,7 @@ MatrixXd past_weight(const std::vector<MatrixXd>& r, Index rows) {
 void append_poles(const MatrixXd& o1, const MatrixXd& o2, const MatrixXd& first, double dt, SubspaceBand band,
                   double max_damping, std::vector<SubspacePole>& poles) {
   const Index order = o1.cols();
-  const MatrixXd a = (o1.transpose() * o1).llt().solve(o1.transpose() * o2);
+  const MatrixXd a = MatrixXd(o1.transpose() * o1).llt().solve(MatrixXd(o1.transpose() * o2));
   const Eigen::EigenSolver<MatrixXd> eigen(a);
   if (eigen.info() != Eigen::Success) return;
   const MatrixXcd v = eigen.eigenvectors();

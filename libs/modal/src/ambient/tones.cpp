@@ -65,7 +65,7 @@ MatrixXd tone_columns(Index n, double dt, double frequency) {
 double tone_energy(const MatrixXd& y, double dt, double frequency) {
   const MatrixXd columns = tone_columns(y.rows(), dt, frequency);
   const MatrixXd products = columns.transpose() * y;
-  return ((columns.transpose() * columns).ldlt().solve(products).cwiseProduct(products)).sum();
+  return (MatrixXd(columns.transpose() * columns).ldlt().solve(products).cwiseProduct(products)).sum();
 }
 
 }  // namespace
@@ -103,7 +103,7 @@ void subtract_tone(MatrixXd& y, double dt, Tone& tone) {
   const auto less_energy = [&](double lines) { return -tone_energy(y, dt, start + lines * line); };
   tone.frequency = start + line * boost::math::tools::brent_find_minima(less_energy, -0.7, 0.7, 14).first;
   const MatrixXd columns = tone_columns(y.rows(), dt, tone.frequency);
-  const MatrixXd x = (columns.transpose() * columns).ldlt().solve(columns.transpose() * y);
+  const MatrixXd x = MatrixXd(columns.transpose() * columns).ldlt().solve(MatrixXd(columns.transpose() * y));
   y -= columns * x;
   tone.amplitude = x.colwise().norm().transpose();
 }
@@ -123,8 +123,8 @@ Tone subtract_order(MatrixXd& y, const VectorXd& angle, double dt, int order) {
       const double at = 2 * static_cast<double>(i) / static_cast<double>(count) - 1, phase = order * angle[first + i];
       columns.row(i) << std::cos(phase), std::sin(phase), at * std::cos(phase), at * std::sin(phase);
     }
-    const MatrixXd x =
-        LDLT<MatrixXd>(columns.transpose() * columns).solve(MatrixXd(columns.transpose() * y.middleRows(first, count)));
+    const MatrixXd x = LDLT<MatrixXd>(MatrixXd(columns.transpose() * columns))
+                           .solve(MatrixXd(columns.transpose() * y.middleRows(first, count)));
     y.middleRows(first, count) -= columns * x;
     tone.amplitude += x.topRows(2).colwise().norm().transpose() / static_cast<double>(blocks);
   }

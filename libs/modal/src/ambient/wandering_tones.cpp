@@ -165,7 +165,8 @@ void refine_phase(const RecordSpectra& spectra, FollowedShaft& f) {
     const double reach = std::max(1.0, order) * f.reach / (2 * kPi * spectra.line());
     const Index half = std::clamp<Index>(static_cast<Index>(reach), 4, count / 2 - 1);
     const OrderFit fit = fit_order(spectra, f.shaft, order, half, count);
-    const MatrixXcd weighted = fit.noise.transpose().ldlt().solve(fit.model.transpose()).transpose();
+    const MatrixXcd weighted =
+        MatrixXcd(fit.noise.transpose()).ldlt().solve(MatrixXcd(fit.model.transpose())).transpose();
     for (Index i = 0; i < count; ++i) {
       const double information = (fit.model.row(i).conjugate().cwiseProduct(weighted.row(i))).sum().real();
       const double off = (weighted.row(i).conjugate().cwiseProduct(fit.residual.row(i))).sum().imag() / information;

@@ -216,7 +216,7 @@ TransientEstimate transient_at(const MatrixXcd& responses, Index k, Index period
     v.row(i) << 1, r, r * r;
     y.row(i) = responses.row(line);
   }
-  const MatrixXd inverse = (v.transpose() * v).llt().solve(MatrixXd::Identity(kOrder, kOrder));
+  const MatrixXd inverse = MatrixXd(v.transpose() * v).llt().solve(MatrixXd(MatrixXd::Identity(kOrder, kOrder)));
   const MatrixXcd coefficients = inverse * (v.transpose() * y);
   result.left = (y - v * coefficients).colwise().squaredNorm().transpose();
   result.leverage = inverse(0, 0);

@@ -47,7 +47,7 @@ MachineFit fit_machine(const MatrixXcd& readings, const LoadRecord& record,
   // In columns of unit length.
   const VectorXd length = rows.colwise().norm().transpose();
   for (Index k = 0; k < unknowns; ++k) rows.col(k) /= length[k];
-  const Eigen::LLT<MatrixXcd> normal(rows.adjoint() * rows);
+  const Eigen::LLT<MatrixXcd> normal(MatrixXcd(rows.adjoint() * rows));
   const VectorXcd solution = normal.solve(rows.adjoint() * values);
   const VectorXcd residual = values - rows * solution;
   MachineFit fit;

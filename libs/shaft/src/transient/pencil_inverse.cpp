@@ -10,7 +10,7 @@ using Eigen::Index;
 
 PencilInverse::PencilInverse(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b) {
   const Eigen::PartialPivLU<Eigen::MatrixXcd> lu(a);
-  const Eigen::ComplexSchur<Eigen::MatrixXcd> schur(lu.solve(b));
+  const Eigen::ComplexSchur<Eigen::MatrixXcd> schur(Eigen::MatrixXcd(lu.solve(b)));
   to_ = schur.matrixU();
   schur_ = schur.matrixT();
   left_ = to_.adjoint() * lu.inverse();

@@ -1,0 +1,8 @@
+#include "whirl/core/decompositions.hpp"
+
+namespace Eigen {
+
+WHIRL_QR(template, HouseholderQR, MatrixXcd, VectorXcd)
+WHIRL_QR(template, ColPivHouseholderQR, MatrixXcd, VectorXcd)
+
+}  // namespace Eigen

@@ -1,0 +1,7 @@
+#include "whirl/core/decompositions.hpp"
+
+namespace Eigen {
+
+WHIRL_REFLECTIONS_COMPLEX(template)
+
+}  // namespace Eigen

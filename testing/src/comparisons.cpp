@@ -1,0 +1,7 @@
+#include "whirl/testing/comparisons.hpp"
+
+namespace testing::internal {
+
+WHIRL_COMPARISONS(template)
+
+}  // namespace testing::internal
