@@ -18,16 +18,22 @@ void cut_array(Array& all, Eigen::Index first, Eigen::Index count) {
   if (all.size() > 0) all = Array(all.segment(first, count));
 }
 
-double leak_of(const RotorRecord& r, Eigen::Index sample) {
-  return kLeak * std::max(std::abs(r.angle.omega[2 * sample]), kLeastTurning * r.speed_high());
-}
+/// Rate of the leak at every sample, 1/s.
+struct Leak {
+  explicit Leak(const RotorRecord& r) : record(&r), slow(kLeastTurning * r.speed_high()) {}
+  double operator()(Eigen::Index sample) const {
+    return kLeak * std::max(std::abs(record->angle.omega[2 * sample]), slow);
+  }
+  const RotorRecord* record;
+  double slow;  ///< rad/s: below it nothing turns
+};
 
 /// One leaky integration over trapezoids, divided by what it makes of a line at the speed over what an integral makes.
-Eigen::VectorXcd leaky_integral(const RotorRecord& r, const Eigen::VectorXcd& rate) {
+Eigen::VectorXcd leaky_integral(const RotorRecord& r, const Leak& leak, const Eigen::VectorXcd& rate) {
   Eigen::VectorXcd out(rate.size());
   Complex sum = 0;
   for (Eigen::Index i = 0; i < rate.size(); ++i) {
-    const double keep = std::exp(-leak_of(r, i) * r.dt), w = r.angle.omega[2 * i];
+    const double keep = std::exp(-leak(i) * r.dt), w = r.angle.omega[2 * i];
     const Complex turn = std::polar(1.0, w * r.dt), gain = 0.5 * r.dt * (turn + keep) / (turn - keep);
     if (i == 0) {
       sum = gain * rate[0];
@@ -35,15 +41,14 @@ Eigen::VectorXcd leaky_integral(const RotorRecord& r, const Eigen::VectorXcd& ra
       sum = keep * sum + 0.5 * r.dt * (keep * rate[i - 1] + rate[i]);
     }
     // Near standstill nothing turns: the leak alone.
-    const double slow = kLeastTurning * r.speed_high();
-    out[i] = std::abs(w) > slow ? sum / (gain * Complex(0, w)) : sum;
+    out[i] = std::abs(w) > leak.slow ? sum / (gain * Complex(0, w)) : sum;
   }
   return out;
 }
 
-/// Standard deviation of the integral of white noise at a sample.
-double integral_noise(const RotorRecord& r, Eigen::Index sample) {
-  const double w = leak_of(r, sample), white = std::sqrt(r.noise_variance() * r.dt);
+/// Standard deviation of the integral of white noise with a leak.
+double integral_noise(const RotorRecord& r, double w) {
+  const double white = std::sqrt(r.noise_variance() * r.dt);
   return r.derivative() == 1 ? white / std::sqrt(2 * w) : white / (2 * std::pow(w, 1.5));
 }
 
@@ -80,12 +85,13 @@ RotorRecord as_displacement(const RotorRecord& record) {
   constexpr Eigen::Index kLeast = 1000;
   RotorRecord r = record;
   r.z.array() -= r.z.mean();
-  for (int k = 0; k < record.derivative(); ++k) r.z = leaky_integral(record, r.z);
+  const Leak leak(record);
+  for (int k = 0; k < record.derivative(); ++k) r.z = leaky_integral(record, leak, r.z);
   Eigen::Index peak = 0;
   double largest = 0;
   for (Eigen::Index i = 0; i < r.size(); ++i) {
     const double size = std::abs(r.z[i]);
-    if (size <= largest || size < kClear * integral_noise(record, i)) continue;
+    if (size <= largest || size < kClear * integral_noise(record, leak(i))) continue;
     largest = size;
     peak = i;
   }
@@ -96,7 +102,7 @@ RotorRecord as_displacement(const RotorRecord& record) {
   r.drift = false;
   r.quantity = Quantity::displacement;
   // Innovations summed once or twice with the leak at the lowest speed that is kept.
-  const double keep = std::exp(-leak_of(record, first) * r.dt);
+  const double keep = std::exp(-leak(first) * r.dt);
   r.colour = Eigen::VectorXd::Constant(1, keep);
   if (record.derivative() == 2) r.colour = Eigen::Vector2d(2 * keep, -keep * keep);
   const double size = std::pow(r.dt, record.derivative()) * std::sqrt(r.noise_power() / record.noise_power());
