@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "alive.hpp"
 #include "lane_sheets.hpp"
 #include "normal.hpp"
 #include "tables.hpp"
@@ -273,8 +274,8 @@ struct BatchRig<Lanes>::State {
       store(&force0_y.v[0] + lane, fy);
       store(&target_x.v[0] + lane, tx);
       store(&target_y.v[0] + lane, ty);
-      store(&distance_x.v[0] + lane, lag ? fx - tx : Vector{});
-      store(&distance_y.v[0] + lane, lag ? fy - ty : Vector{});
+      store(&distance_x.v[0] + lane, lag ? alive(fx - tx) : Vector{});
+      store(&distance_y.v[0] + lane, lag ? alive(fy - ty) : Vector{});
     }
   }
 

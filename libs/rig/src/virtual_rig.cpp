@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "alive.hpp"
 #include "normal.hpp"
 #include "tables.hpp"
 #include "whirl/rig/sensor_response.hpp"
@@ -213,7 +214,7 @@ struct VirtualRig::State {
     const int n = t.parameters.timing.substeps;
     const rotor::LateralInput<double> force0 = force;
     // Actuator lag: distance to the target shrinks by a fixed factor per half step.
-    double dx = force.x - target.x, dy = force.y - target.y;
+    double dx = alive(force.x - target.x), dy = alive(force.y - target.y);
     const double r = t.lag_half_step, g = t.gain;
     double er = t.eps_re, ei = t.eps_im;
     if (!run.faults.empty()) {

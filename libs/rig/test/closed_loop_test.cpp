@@ -54,6 +54,17 @@ TEST(VirtualRigReference, ForceIsLimitedAndNonsenseIsNoForce) {
   EXPECT_EQ(truth.commanded(), std::complex<double>(0, 0));
 }
 
+// The lag lets a force die out exponentially: below the smallest normal number every step would take ten times as long.
+TEST(VirtualRigProperty, AForceThatIsSwitchedOffEnds) {
+  VirtualRig rig(quiet_rig());
+  const RigTruth truth(rig);
+  run(rig, 50, {10, -5});
+  run(rig, 20, {0, 0});
+  EXPECT_GT(std::abs(truth.force()), 0);
+  run(rig, 2000, {0, 0});
+  EXPECT_EQ(truth.force(), std::complex<double>(0, 0));
+}
+
 TEST(VirtualRigReference, CommandActsOneTickLaterThroughTheLag) {
   for (int extra : {0, 2}) {
     RigParameters p = quiet_rig();
