@@ -6,8 +6,8 @@
 
 #include "whirl/io/model_json.hpp"
 #include "whirl/testing/compiled.hpp"
+#include "whirl/testing/control/foreign_rig.hpp"
 #include "whirl/testing/control/step_wrapper.hpp"
-#include "whirl/testing/foreign_rig.hpp"
 
 namespace {
 

@@ -27,9 +27,9 @@
 #include "whirl/control/controller.hpp"
 #include "whirl/control/supervisor.hpp"
 #include "whirl/testing/control/flexible_machine.hpp"
+#include "whirl/testing/control/foreign_rig.hpp"
 #include "whirl/testing/control/limited_machine.hpp"
 #include "whirl/testing/control/machine_families.hpp"
-#include "whirl/testing/foreign_rig.hpp"
 #include "whirl/tuning/design.hpp"
 
 namespace {

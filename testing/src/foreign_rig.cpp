@@ -1,4 +1,4 @@
-#include "whirl/testing/foreign_rig.hpp"
+#include "whirl/testing/control/foreign_rig.hpp"
 
 #include <algorithm>
 #include <complex>

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "whirl/control/controller.hpp"
-#include "whirl/testing/foreign_rig.hpp"
+#include "whirl/testing/control/foreign_rig.hpp"
 
 namespace whirl::control {
 namespace {

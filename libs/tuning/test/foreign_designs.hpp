@@ -4,7 +4,7 @@
 #include <string>
 
 #include "rig_design.hpp"
-#include "whirl/testing/foreign_rig.hpp"
+#include "whirl/testing/control/foreign_rig.hpp"
 #include "whirl/tuning/design.hpp"
 
 namespace whirl::tuning {

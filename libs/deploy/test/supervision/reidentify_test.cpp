@@ -10,7 +10,7 @@
 #include "supervised_design.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/deploy/languages.hpp"
-#include "whirl/testing/foreign_rig.hpp"
+#include "whirl/testing/control/foreign_rig.hpp"
 
 namespace whirl::deploy {
 namespace {

@@ -2,7 +2,7 @@
 #include <complex>
 
 #include "whirl/core/control_types.hpp"
-#include "whirl/testing/foreign_rig.hpp"
+#include "whirl/testing/control/foreign_rig.hpp"
 
 namespace whirl::deploy {
 

@@ -9,7 +9,7 @@
 
 #include "../step_difference.hpp"
 #include "supervised_design.hpp"
-#include "whirl/testing/foreign_rig.hpp"
+#include "whirl/testing/control/foreign_rig.hpp"
 
 namespace whirl::deploy {
 namespace {

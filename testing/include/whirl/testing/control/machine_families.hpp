@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "whirl/testing/foreign_rig.hpp"
+#include "whirl/testing/control/foreign_rig.hpp"
 
 /// Makes of machines, to hold a stated probability against: a make has what its papers say, and members that scatter
 /// about it. On the rig of foreign_rig.hpp; nothing here knows how `robustness` draws.
