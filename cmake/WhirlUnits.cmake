@@ -59,7 +59,7 @@ set(WHIRL_HEADERS_guarded <nlohmann/json.hpp>)
 set(WHIRL_HEADERS_program <CLI/CLI.hpp>)
 set(WHIRL_HEADERS_test <gmock/gmock.h> <gtest/gtest.h> "${PROJECT_SOURCE_DIR}/testing/include/whirl/testing/comparisons.hpp")
 # Tests run once for every time they are compiled. They contract products and sums as the code under test does.
-set(WHIRL_FLAGS_test $<$<CONFIG:Release>:-O1> $<$<CONFIG:Release>:-fexpensive-optimizations>)
+set(WHIRL_FLAGS_test $<$<CONFIG:Release>:-O1> $<$<AND:$<CONFIG:Release>,$<CXX_COMPILER_ID:GNU>>:-fexpensive-optimizations>)
 
 # whirl_precompile(<target> library|guarded|program|test)
 # Compiles the headers of a kind once; targets of one kind have the same flags.
