@@ -129,7 +129,25 @@ class IioTree {
     set(adc + "buffer/length", "1");
     set(adc + "trigger/current_trigger", "");
   }
+  /// Another program may take the port between its choice and the daemon's: then the daemon ends, and another port will
+  /// do.
   void start() {
+    for (int trial = 0; trial < 5; ++trial) {
+      launch();
+      for (int i = 0; i < 200 && !ended(); ++i) {
+        if (shell(folder_.path(), "iio_info -u " + uri()).exit_code == 0) return;
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      }
+      kill();
+    }
+    throw std::runtime_error("iiod did not start");
+  }
+  bool ended() {
+    if (::waitpid(daemon_, nullptr, WNOHANG) == 0) return false;
+    daemon_ = -1;
+    return true;
+  }
+  void launch() {
     const std::string at = folder_.path().string();
     port_ = free_port();
     folder_.write("run.sh", "set -e\nmount -t tmpfs none /sys/bus\nmkdir -p /sys/bus/iio/devices\nmount --bind '" + at +
@@ -143,11 +161,6 @@ class IioTree {
       ::execlp("unshare", "unshare", "--map-root-user", "--mount", "sh", script.c_str(), nullptr);
       ::_exit(127);
     }
-    for (int i = 0; i < 200; ++i) {
-      if (shell(folder_.path(), "iio_info -u " + uri()).exit_code == 0) return;
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
-    throw std::runtime_error("iiod did not start");
   }
   static int free_port() {
     const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
