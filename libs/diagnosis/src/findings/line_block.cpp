@@ -22,6 +22,12 @@ constexpr double kReach = 1.5;   // orders to either side in which the noise is 
 
 }  // namespace
 
+struct LineBlock::Near {
+  std::vector<Line> lines;
+  MatrixXd a, weighted;  // their columns; these under the window, a row each: packed fast for products
+  Eigen::LDLT<MatrixXd> normal;
+};
+
 double AngularChannel::turn_start(Index turn) const {
   const Index at = turn * per_turn;
   if (at < time.size()) return time[at];
@@ -163,23 +169,33 @@ LineValue LineBlock::fitted(const Line& l) const {
   return value;
 }
 
+std::shared_ptr<const LineBlock::Near> LineBlock::near_to(const Line& l) const {
+  const double bin = bin_of(l);
+  std::vector<Line> lines;
+  for (const Line& other : lines_) {
+    const double smear = other.order > 0 && l.order > 0 ? 1 : fastest_ / slowest_;
+    if (std::abs(bin_of(other) - bin) < kNearby + (smear - 1) * bin) lines.push_back(other);
+  }
+  if (near_ != nullptr && near_->lines == lines) return near_;
+  const auto near = std::make_shared<Near>();
+  near->a.resize(weight_.size(), static_cast<Index>(2 * lines.size()));
+  for (std::size_t k = 0; k < lines.size(); ++k) near->a.middleCols(static_cast<Index>(2 * k), 2) = columns(lines[k]);
+  const MatrixXd weighted = weight_.asDiagonal() * near->a;
+  if (!lines.empty()) near->normal.compute(MatrixXd(near->a.transpose() * weighted));
+  near->weighted = weighted.transpose();
+  near->lines = std::move(lines);
+  near_ = near;
+  return near;
+}
+
 LineValue LineBlock::added_alone(const Line& l, bool against_floor) const {
   LineValue value;
   const double bin = bin_of(l);
   if (!judged(bin, l)) return value;
   Eigen::MatrixX2d c = columns(l);
   const Eigen::Matrix2d alone = c.transpose() * weight_.asDiagonal() * c;
-  std::vector<const Line*> near;
-  for (const Line& other : lines_) {
-    const double smear = other.order > 0 && l.order > 0 ? 1 : fastest_ / slowest_;
-    if (std::abs(bin_of(other) - bin) < kNearby + (smear - 1) * bin) near.push_back(&other);
-  }
-  MatrixXd a(c.rows(), static_cast<Index>(2 * near.size()));
-  for (std::size_t k = 0; k < near.size(); ++k) a.middleCols(static_cast<Index>(2 * k), 2) = columns(*near[k]);
-  if (a.cols() > 0) {
-    const MatrixXd weighted = weight_.asDiagonal() * a;
-    c -= a * MatrixXd(a.transpose() * weighted).ldlt().solve(weighted.transpose() * c);
-  }
+  const std::shared_ptr<const Near> near = near_to(l);
+  if (near->a.cols() > 0) c -= near->a * near->normal.solve(near->weighted * c);
   const Eigen::MatrixX2d weighted = weight_.asDiagonal() * c;
   const Eigen::Matrix2d left = c.transpose() * weighted;
   value.share = std::min(left(0, 0) / alone(0, 0), left(1, 1) / alone(1, 1));

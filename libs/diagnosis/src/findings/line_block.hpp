@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <complex>
+#include <memory>
 #include <vector>
 
 #include "whirl/core/quantity.hpp"
@@ -70,6 +71,9 @@ class LineBlock {
   Eigen::VectorXd samples_with(const Line& kept) const;
 
  private:
+  struct Near;
+  /// The fitted lines near a place, made ready to be taken off further ones.
+  std::shared_ptr<const Near> near_to(const Line& line) const;
   Eigen::MatrixX2d columns(const Line& line) const;
   Eigen::Index column_of(const Line& line) const;  ///< first one; -1: not fitted
   bool judged(double bin, const Line& line) const;
@@ -86,6 +90,8 @@ class LineBlock {
   Eigen::VectorXd solution_;
   Eigen::MatrixXd inverse_, normal_, spread_;  // of the normal equations; these; noise of their right side
   std::vector<bool> taken_;
+  // Of the last place that was asked for: a search goes from place to place, and most have the same lines near.
+  mutable std::shared_ptr<const Near> near_;
 };
 
 /// Blocks of whole turns: as many, up to `most`, as change the speed by less than `tolerance`, 16 at least; evenly
