@@ -1,6 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <Eigen/LU>
 #include <cmath>
 #include <random>
 #include <string>
@@ -19,14 +18,15 @@ struct DrivenRotor {
   /// M(q) q'' = Q(q, q') for q = x, y, beta at drive u.
   Eigen::Vector3d accelerations(const Eigen::Matrix<double, 6, 1>& s, double u) const {
     const double b = s[4] + phase, n = s[5], r2 = s[0] * s[0] + s[2] * s[2];
-    Eigen::Matrix3d mass;
-    mass << m, 0, -m * e * std::sin(b), 0, m, m * e * std::cos(b), -m * e * std::sin(b), m * e * std::cos(b),
-        inertia + m * e * e;
     double torque = -viscous * n - drag * n * std::abs(n) - coulomb * ((n > 0) - (n < 0));
     if (u != 0) torque += motor * u - slope * n;
     const Eigen::Vector3d force(-k1 * s[0] - k2 * r2 * s[0] - c * s[1] + m * e * n * n * std::cos(b),
                                 -k1 * s[2] - k2 * r2 * s[2] - c * s[3] + m * e * n * n * std::sin(b), torque);
-    return mass.partialPivLu().solve(force);
+    // M = [m, 0, p; 0, m, q; p, q, inertia + m e^2]: x'' and y'' from the first two rows into the third, where
+    // p^2 + q^2 = m^2 e^2 leaves the inertia.
+    const double p = -m * e * std::sin(b), q = m * e * std::cos(b);
+    const double turning = (force[2] - (p * force[0] + q * force[1]) / m) / inertia;
+    return {(force[0] - p * turning) / m, (force[1] - q * turning) / m, turning};
   }
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <array>
 #include <cmath>
 #include <complex>
@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/recording.hpp"
 
 namespace whirl::testing {
@@ -50,7 +51,7 @@ inline NonlinearBlows make_nonlinear_blows(const NonlinearBlowOptions& o) {
   NonlinearBlows result;
   Eigen::Matrix4d system;
   system << 0, 0, 1, 0, 0, 0, 0, 1, -kx / mass, -kc / mass, -cx / mass, 0, -kc / mass, -ky / mass, 0, -cy / mass;
-  const Eigen::Vector4cd eigenvalues = system.eigenvalues();
+  const Eigen::VectorXcd eigenvalues = Eigen::MatrixXd(system).eigenvalues();
   for (int i = 0; i < 4; ++i) {
     const bool seen =
         o.split || std::abs(std::abs(eigenvalues[i]) - std::sqrt(kx / mass)) < 1e-6 * omega || result.poles.empty();

@@ -1,5 +1,6 @@
 #pragma once
-#include <Eigen/Dense>
+#include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -7,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/diagnosis/influence.hpp"
 
 namespace whirl::testing {
@@ -126,7 +128,7 @@ inline std::string slipped(Draw& draw, int kind, const std::vector<Eigen::Vector
       return "opposite side";
     case 2:
       if (masses.size() < 2) return "";
-      masses.reverseInPlace();
+      std::reverse(masses.begin(), masses.end());
       return "was on plane";
     case 3:
       masses *= 2;
@@ -146,8 +148,7 @@ inline std::string slipped(Draw& draw, int kind, const std::vector<Eigen::Vector
 }
 
 inline bool told_by_others(const std::vector<Eigen::VectorXcd>& masses, int run) {
-  Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, 0, 32, 4> x(static_cast<Eigen::Index>(masses.size()) - 1,
-                                                                     masses.front().size() + 1);
+  Eigen::MatrixXcd x(static_cast<Eigen::Index>(masses.size()) - 1, masses.front().size() + 1);
   Eigen::Index n = 0;
   for (std::size_t r = 0; r < masses.size(); ++r)
     if (static_cast<int>(r) != run) x.row(n++) << Complex(1), masses[r].transpose();

@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "whirl/core/control_types.hpp"
+#include "whirl/core/decompositions.hpp"
 
 /// A flexible rotor under control: nine point masses on a massless shaft in two elastic bearings, by influence
 /// coefficients of the beam, four modes of each plane, gyroscopic moments of the disc, unbalance spread along the
@@ -86,8 +87,8 @@ struct FlexibleModes {
     }
     tilt[m.disc + 1] = (n + 1) / (2 * l), tilt[m.disc - 1] = -tilt[m.disc + 1];
     // The slowest modes are the largest of sqrt(M) A sqrt(M).
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, n, n>> solver(root.asDiagonal() * soft *
-                                                                            root.asDiagonal());
+    const Eigen::MatrixXd weighed = root.asDiagonal() * soft * root.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(weighed);
     Eigen::Matrix<double, n, kModes> shape;
     for (int k = 0; k < kModes; ++k) {
       omega[k] = 1 / std::sqrt(solver.eigenvalues()[n - 1 - k]);

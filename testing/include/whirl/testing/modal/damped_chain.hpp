@@ -70,12 +70,14 @@ inline std::vector<double> cramer_rao(const std::vector<std::complex<double>>& p
       put(slope, 2 * k, a * one2[at] + std::conj(a) * other2[at]);
       put(slope, 2 * k + 1, Complex(0, 1) * (a * one2[at] - std::conj(a) * other2[at]));
     }
-    slope -= q * (q.transpose() * slope);
-    information += slope.transpose() * slope / (sd[c] * sd[c]);
+    const Eigen::MatrixXd along = q.transpose() * slope;
+    slope -= q * along;
+    const Eigen::MatrixXd square = slope.transpose() * slope;
+    information += square / (sd[c] * sd[c]);
   }
   const Eigen::VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd covariance =
-      unit.asDiagonal() * (unit.asDiagonal() * information * unit.asDiagonal()).eval().inverse() * unit.asDiagonal();
+  const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
+  const Eigen::MatrixXd covariance = unit.asDiagonal() * inverse(scaled) * unit.asDiagonal();
   std::vector<double> result;
   for (Eigen::Index k = 0; k < n; ++k) {
     const Complex p = poles[static_cast<std::size_t>(k)];

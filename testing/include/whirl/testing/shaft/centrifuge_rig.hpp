@@ -78,7 +78,8 @@ class CentrifugeRigModel {
     relative.row(0) = (point(kBowl, -0.04) - point(kArmature, 0.1 + length)).transpose();
     relative.row(1) =
         (Eigen::VectorXd::Unit(kSize, kBowl + 1) - Eigen::VectorXd::Unit(kSize, kArmature + 1)).transpose();
-    stiffness_ += relative.transpose() * flexibility.inverse() * relative;
+    const Eigen::MatrixXd forces = relative.transpose() * flexibility.inverse();
+    stiffness_ += forces * relative;
     joint_ = rig_.joint_damping * relative.row(1).transpose() * relative.row(1);
   }
   static Eigen::VectorXd point(int part, double above) {
@@ -129,7 +130,8 @@ inline Recording CentrifugeRigModel::run() const {
     for (int s = 0; s < kSteps; ++s) {
       const double middle = begin + (s + 0.5) * h, w = speed(middle), rise = middle < ramp_time ? rig_.ramp : 0;
       const Eigen::VectorXcd f = Complex(w * w, -rise) * std::polar(1.0, turned(middle)) * force;
-      const Eigen::VectorXcd mean = solver.solve(2 / h * (mass_ * v) - k * q + f);
+      const Eigen::VectorXcd right = 2 / h * (mass_ * v) - k * q + f;
+      const Eigen::VectorXcd mean = solver.solve(right);
       if (s == 0) {  // at the middle of this step, which is when the angle is taken too
         acceleration = 2 / h * place.cast<Complex>().dot(mean - v);
         tilt = q[kMotor + 1] + h / 2 * mean[kMotor + 1];

@@ -147,11 +147,17 @@ class ShaftRigModel {
     const Eigen::LDLT<Eigen::MatrixXd> held(k);
     for (const Eigen::VectorXd& force : forces) {
       Eigen::VectorXd v = held.solve(force);
-      for (int pass = 0; pass < 2; ++pass) v -= basis_ * (basis_.transpose() * (full_m_ * v));
+      for (int pass = 0; pass < 2; ++pass) {
+        const Eigen::VectorXd pushed = full_m_ * v, along = basis_.transpose() * pushed;
+        v -= basis_ * along;
+      }
       basis_.conservativeResize(Eigen::NoChange, basis_.cols() + 1);
       basis_.col(basis_.cols() - 1) = v / std::sqrt(v.dot(full_m_ * v));
     }
-    const auto onto = [&](const Eigen::MatrixXd& a) { return Eigen::MatrixXd(basis_.transpose() * a * basis_); };
+    const auto onto = [&](const Eigen::MatrixXd& a) {
+      const Eigen::MatrixXd rows = basis_.transpose() * a;
+      return Eigen::MatrixXd(rows * basis_);
+    };
     mass_ = onto(full_m_);
     stiffness_ = onto(full_k_);
     gyroscopic_ = onto(full_g_);
