@@ -4,6 +4,8 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "whirl/core/recording.hpp"
@@ -12,7 +14,44 @@
 /// cell behind an anti-aliasing filter, the motion of a base.
 namespace whirl::testing {
 
-using Force = std::function<double(double seconds)>;
+/// A force as a function of time, or a sum of cosines w t + phase.
+class Force {
+ public:
+  template <class Of>
+  requires std::is_invocable_r_v<double, Of, double> Force(Of of) : of_(std::move(of)) {}
+  Force(std::vector<std::pair<double, double>> lines, double size) : lines_(std::move(lines)), size_(size) {}
+
+  double operator()(double t) const {
+    if (of_) return of_(t);
+    double sum = 0;
+    for (const auto& [w, phase] : lines_) sum += std::cos(w * t + phase);
+    return sum * size_;
+  }
+  /// At t, t + h, ...: of cosines each line is turned from one to the next.
+  std::vector<double> steps(double t, double h, std::size_t count) const {
+    std::vector<double> out(count, 0.0);
+    if (of_) {
+      for (std::size_t k = 0; k < count; ++k) out[k] = of_(t + static_cast<double>(k) * h);
+      return out;
+    }
+    for (const auto& [w, phase] : lines_) {
+      double re = std::cos(w * t + phase), im = std::sin(w * t + phase);
+      const double turn_re = std::cos(w * h), turn_im = std::sin(w * h);
+      for (double& value : out) {
+        value += re * size_;
+        const double turned = re * turn_re - im * turn_im;
+        im = re * turn_im + im * turn_re;
+        re = turned;
+      }
+    }
+    return out;
+  }
+
+ private:
+  std::function<double(double seconds)> of_;
+  std::vector<std::pair<double, double>> lines_;
+  double size_ = 1;
+};
 
 /// Cosines of random frequencies and phases between two frequencies, rms 1.
 inline Force noise_force(double low_hz, double high_hz, int lines, std::uint64_t seed) {
@@ -22,11 +61,7 @@ inline Force noise_force(double low_hz, double high_hz, int lines, std::uint64_t
   for (int k = 0; k < lines; ++k)
     all.emplace_back(2 * std::numbers::pi * (low_hz + (high_hz - low_hz) * part(random)),
                      2 * std::numbers::pi * part(random));
-  return [all](double t) {
-    double sum = 0;
-    for (const auto& [w, phase] : all) sum += std::cos(w * t + phase);
-    return sum * std::sqrt(2.0 / static_cast<double>(all.size()));
-  };
+  return Force(std::move(all), std::sqrt(2.0 / lines));
 }
 
 /// A sine whose frequency rises linearly, rms 1.
@@ -50,18 +85,20 @@ inline Recording coarse_record(const CoarseDrive& s, const Force& force, double 
   const std::size_t n = s.names.size();
   const double dt = 1 / s.hertz;
   std::vector<double> rate(n);
-  const auto gragg = [&](const std::vector<double>& start, double t, int steps) {
-    const double h = dt / steps;
+  // `u`: the force at 64 steps of the sample and its end.
+  const auto gragg = [&](const std::vector<double>& start, const std::vector<double>& u, std::size_t steps) {
+    const double h = dt / static_cast<double>(steps);
+    const std::size_t apart = (u.size() - 1) / steps;
     std::vector<double> before = start, now = start, next(n);
-    s.rate(start.data(), force(t), rate.data());
+    s.rate(start.data(), u[0], rate.data());
     for (std::size_t j = 0; j < n; ++j) now[j] += h * rate[j];
-    for (int k = 1; k < steps; ++k) {
-      s.rate(now.data(), force(t + k * h), rate.data());
+    for (std::size_t k = 1; k < steps; ++k) {
+      s.rate(now.data(), u[k * apart], rate.data());
       for (std::size_t j = 0; j < n; ++j) next[j] = before[j] + 2 * h * rate[j];
       before = now;
       now = next;
     }
-    s.rate(now.data(), force(t + dt), rate.data());
+    s.rate(now.data(), u.back(), rate.data());
     for (std::size_t j = 0; j < n; ++j) next[j] = 0.5 * (now[j] + before[j] + h * rate[j]);
     return next;
   };
@@ -72,8 +109,9 @@ inline Recording coarse_record(const CoarseDrive& s, const Force& force, double 
   for (Eigen::Index i = 0; i < count; ++i) {
     const double t = dt * static_cast<double>(i);
     for (std::size_t j = 0; j < n; ++j) values(i, static_cast<Eigen::Index>(j)) = x[j];
-    u[i] = force(t);
-    const std::vector<double> coarse = gragg(x, t, 32), fine = gragg(x, t, 64);
+    const std::vector<double> acting = force.steps(t, dt / 64, 65);
+    u[i] = acting[0];
+    const std::vector<double> coarse = gragg(x, acting, 32), fine = gragg(x, acting, 64);
     for (std::size_t j = 0; j < n; ++j) x[j] = fine[j] + (fine[j] - coarse[j]) / 3;
   }
   Recording r;
