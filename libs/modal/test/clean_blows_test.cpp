@@ -16,6 +16,8 @@ namespace {
 
 constexpr double kCycle = 2 * std::numbers::pi;
 
+constexpr std::size_t kPoints = 3;
+
 struct BeamBlows {
   std::vector<Recording> records;
   std::vector<double> frequency, damping;  // of the modes in the band
@@ -78,8 +80,8 @@ std::vector<double> parts_of(bool plate, double sides) {
   return out;
 }
 
-// A beam or plate of random size under a hammer: acceleration at six points, sampled at `ratio` times the band behind a
-// steep filter (modes beyond 0.9 of half the rate are not seen).
+// A beam or plate of random size under a hammer: acceleration at three points, sampled at `ratio` times the band behind
+// a steep filter (modes beyond 0.9 of half the rate are not seen).
 BeamBlows beam(unsigned seed, double ratio, double pulse, bool plate = false) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
@@ -89,7 +91,7 @@ BeamBlows beam(unsigned seed, double ratio, double pulse, bool plate = false) {
   const std::vector<double> parts = parts_of(plate, plate ? 1.2 + 0.7 * uniform(random) : 1);
   const auto n = static_cast<Eigen::Index>(4 / dt), start = static_cast<Eigen::Index>(0.02 / dt);
   std::vector<std::complex<double>> poles;
-  std::vector<std::vector<double>> shapes(6);
+  std::vector<std::vector<double>> shapes(kPoints);
   for (const double part : parts) {
     const double f = first * part, zeta = 0.004 + 0.008 * uniform(random), w = kCycle * f;
     if (f > 0.45 / dt) break;
@@ -103,16 +105,16 @@ BeamBlows beam(unsigned seed, double ratio, double pulse, bool plate = false) {
     record.source = "blow";
     const double late = uniform(random), peak = 100 * (0.7 + 0.6 * uniform(random));
     Eigen::VectorXd force = peak * converted((static_cast<double>(start) + late) * dt, pulse, dt, n);
-    std::vector<Eigen::VectorXd> responses(6, Eigen::VectorXd::Zero(n));
+    std::vector<Eigen::VectorXd> responses(kPoints, Eigen::VectorXd::Zero(n));
     for (std::size_t m = 0; m < poles.size(); ++m) {
       const std::complex<double> size = peak * poles[m] * poles[m] / poles[m].imag();
       const Eigen::VectorXd motion =
           (size * ring(poles[m], pulse, (-static_cast<double>(start) - late) * dt, dt, n)).imag();
-      for (std::size_t c = 0; c < 6; ++c) responses[c] += shapes[c][m] * motion;
+      for (std::size_t c = 0; c < kPoints; ++c) responses[c] += shapes[c][m] * motion;
     }
     for (double& v : force) v += 1e-4 * peak * normal(random);
     record.add("f", Quantity::force, force);
-    for (std::size_t c = 0; c < 6; ++c) {
+    for (std::size_t c = 0; c < kPoints; ++c) {
       const double size = std::sqrt(responses[c].squaredNorm() / static_cast<double>(n));
       for (double& v : responses[c]) v += 1e-3 * size * normal(random);
       record.add("a" + std::to_string(c), Quantity::acceleration, responses[c]);
@@ -128,16 +130,16 @@ FrequencyResponse plain_h1(const BeamBlows& blows) {
   const Recording& first = blows.records.front();
   const Eigen::Index n = first.size(), lines = static_cast<Eigen::Index>(1000 * first.duration());
   Eigen::VectorXd ff = Eigen::VectorXd::Zero(n / 2 + 1);
-  std::vector<Eigen::VectorXcd> af(6, Eigen::VectorXcd::Zero(n / 2 + 1));
+  std::vector<Eigen::VectorXcd> af(kPoints, Eigen::VectorXcd::Zero(n / 2 + 1));
   for (const Recording& r : blows.records) {
     const Eigen::VectorXcd f = signal::real_fft(r["f"]);
     ff += f.cwiseAbs2();
-    for (std::size_t c = 0; c < 6; ++c)
+    for (std::size_t c = 0; c < kPoints; ++c)
       af[c] += signal::real_fft(r.channels[c + 1].samples).cwiseProduct(f.conjugate());
   }
   out.frequency = Eigen::VectorXd::LinSpaced(lines, 0, static_cast<double>(lines - 1)) / first.duration();
   out.averages = static_cast<long>(blows.records.size());
-  for (std::size_t c = 0; c < 6; ++c)
+  for (std::size_t c = 0; c < kPoints; ++c)
     out.channels.push_back({first.channels[c + 1].name, "f", af[c].head(lines).cwiseQuotient(ff.head(lines)), {}, {}});
   return out;
 }
