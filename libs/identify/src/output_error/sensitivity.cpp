@@ -35,6 +35,7 @@ SensitivitySystem::SensitivitySystem(const std::vector<SensitiveTerm>& terms, co
     entry_ends_.push_back(partials_.size());
   }
   tape_ = expr::compile(functions, names);
+  tape_.hold(nullptr, slots_);  // its constants stay where they are
   step_ = SensitivityStep(n_, p_, entries);
   const Eigen::Index rows = step_.stage(0).forcing.rows();
   for (std::size_t k = 0; k < terms.size(); ++k)
@@ -47,7 +48,7 @@ SensitivitySystem::SensitivitySystem(const std::vector<SensitiveTerm>& terms, co
 /// Rates at the states in in_, and what the sensitivities need of them.
 void SensitivitySystem::stage(int k, const double* input) {
   for (Eigen::Index i = 0; i < m_; ++i) in_[n_ + i] = input[i];
-  tape_.evaluate_point(in_.data(), out_.data());
+  tape_.evaluate_held(in_.data(), slots_, out_.data());
   SensitivityStep::Stage& at = step_.stage(k);
   Eigen::VectorXd& rates = rates_[static_cast<std::size_t>(k)];
   rates.setZero();
@@ -85,15 +86,23 @@ void SensitivitySystem::set_free_values(const Eigen::VectorXd& values) {
 
 void SensitivitySystem::step(double h, const double* begin, const double* middle, const double* end, Eigen::VectorXd& x,
                              Eigen::MatrixXd& s) {
-  in_.head(n_) = x;
+  // Loops of their own: of so few numbers an expression of Eigen costs more than the sums.
+  double *const at = x.data(), *const in = in_.data();
+  const auto ahead = [&](double by, const double* rates) {
+    for (Eigen::Index i = 0; i < n_; ++i) in[i] = at[i] + by * rates[i];
+  };
+  const double *const r0 = rates_[0].data(), *const r1 = rates_[1].data(), *const r2 = rates_[2].data(),
+                      *const r3 = rates_[3].data();
+  for (Eigen::Index i = 0; i < n_; ++i) in[i] = at[i];
   stage(0, begin);
-  in_.head(n_) = x + 0.5 * h * rates_[0];
+  ahead(0.5 * h, r0);
   stage(1, middle);
-  in_.head(n_) = x + 0.5 * h * rates_[1];
+  ahead(0.5 * h, r1);
   stage(2, middle);
-  in_.head(n_) = x + h * rates_[2];
+  ahead(h, r2);
   stage(3, end);
-  x += h / 6 * (rates_[0] + 2 * (rates_[1] + rates_[2]) + rates_[3]);
+  const double share = h / 6;
+  for (Eigen::Index i = 0; i < n_; ++i) at[i] += share * (r0[i] + 2 * (r1[i] + r2[i]) + r3[i]);
   step_.advance(h, s);
 }
 

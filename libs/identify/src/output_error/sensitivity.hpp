@@ -53,6 +53,7 @@ class SensitivitySystem {
   std::vector<std::pair<Eigen::Index, std::size_t>> of_state_;  // terms of one state, one after the other: their end
   std::vector<Partial> partials_;                               // entry of the Jacobian by entry
   std::vector<std::size_t> entry_ends_;
+  std::vector<double> slots_;  // of the tape
   Eigen::VectorXd in_, out_;
   std::array<Eigen::VectorXd, 4> rates_;
 };

@@ -32,12 +32,17 @@ class SensitivityStep {
   void advance(double h, Eigen::MatrixXd& s);
 
  private:
-  struct Lane {
+  static constexpr int kTogether = 2;  // registers
+  // Built for every processor, the type alone has the alignment of narrow registers, and the wide ones end the program.
+  struct alignas(sizeof(Register)) Lane {
     Register v;
   };
   struct Product {
     std::size_t column, entry;
   };
+  template <int Registers>
+  void advance_lanes(double h, Eigen::Index lane, Eigen::Index rows, double* all);
+
   std::array<Stage, 4> stages_;
   std::vector<Product> products_;  // row by row
   std::vector<std::size_t> row_ends_;

@@ -83,6 +83,9 @@ TrajectorySystem::TrajectorySystem(const TrajectoryModel& model, const std::vect
   seen_.setZero(q_, n_);
   const Eigen::Index own = p_ + delays();
   sensitivities_ = SensitivityStep(n_, own, by_state_);
+  for (const Entry& e : by_parameter_) forced_.push_back(e.column + e.row * sensitivities_.stage(0).forcing.rows());
+  for (Eigen::VectorXd& rates : stage_rates_) rates.setZero(n_);
+  reached_.resize(model.inputs.size());
   acting_.setZero(m_, 3);
   seen_parameter_.setZero(own, q_);
   set_unknowns(unknowns());
@@ -129,10 +132,17 @@ TrajectoryModel TrajectorySystem::model() const {
 
 Eigen::VectorXd TrajectorySystem::dead_samples(double dt) const { return dead_ / dt; }
 
+/// The input at a place of its own time: a step begins where the one before it ended, and there a sample is compared.
+double TrajectorySystem::input(const TrajectoryRecord& record, std::size_t j, double at) {
+  Reached& last = reached_[j];
+  if (last.of != &record || last.at != at) last = {&record, at, record.inputs[j].value(at)};
+  return last.value;
+}
+
 void TrajectorySystem::load_inputs(const TrajectoryRecord& record, double at) {
   for (std::size_t j = 0; j < record.inputs.size(); ++j) {
     const Eigen::Index k = static_cast<Eigen::Index>(j);
-    in_[n_ + k] = record.inputs[j].value(at - dead_[k] / record.dt);
+    in_[n_ + k] = input(record, j, at - dead_[k] / record.dt);
   }
   if (time_) in_[n_ + m_ - 1] = record.t0 + at * record.dt;
 }
@@ -142,6 +152,7 @@ void TrajectorySystem::set_steps(const std::vector<TrajectoryRecord>& records, c
   constexpr std::size_t kMostRuns = 32;
   constexpr int kMostSteps = 16;
   substeps_ = 1;
+  reached_.assign(reached_.size(), {});
   for (std::size_t k = 0; k < std::min(kMostRuns, runs.size()); ++k) {
     const TrajectoryRun& run = runs[k * runs.size() / std::min(kMostRuns, runs.size())];
     const TrajectoryRecord& record = records[run.record];
@@ -165,12 +176,14 @@ void TrajectorySystem::rate(const Eigen::VectorXd& x, bool sensitive) {
 /// Stage k of a step: the rates at in_.
 void TrajectorySystem::stage(const TrajectoryRecord& record, const HeldStep& step, int k, bool sensitive) {
   rates_.evaluate_held(in_.data(), rate_slots_, out_.data());
-  stage_rates_[static_cast<std::size_t>(k)] = out_.head(n_);
+  const double* value = out_.data();
+  double* const rates = stage_rates_[static_cast<std::size_t>(k)].data();
+  for (Eigen::Index i = 0; i < n_; ++i) rates[i] = *value++;
   if (!sensitive) return;
   SensitivityStep::Stage& out = sensitivities_.stage(k);
-  const double* value = out_.data() + n_;
   for (double& j : out.jacobian) j = *value++;
-  for (const Entry& e : by_parameter_) out.forcing(e.column, e.row) = *value++;
+  double* const forcing = out.forcing.data();
+  for (const Eigen::Index place : forced_) forcing[place] = *value++;
   for (const Entry& e : by_input_) {  // -df/du u' of smooth inputs
     const std::size_t j = delayed_[static_cast<std::size_t>(e.column)];
     const double share = hold_[j] == Hold::first ? 0.5 : 0.5 * ((k + 1) / 2);
@@ -188,21 +201,29 @@ void TrajectorySystem::step(const TrajectoryRecord& record, const HeldStep& step
     if (hold_[j] == Hold::zero) {  // switches are at the ends of steps: never asked for there
       u.row(k).setConstant(record.inputs[j].value(middle - dead));
     } else {
-      u(k, 0) = record.inputs[j].value(step.begin - dead);
+      u(k, 0) = input(record, j, step.begin - dead);
       u(k, 1) = record.inputs[j].value(middle - dead);
-      u(k, 2) = record.inputs[j].value(step.begin + step.length - dead);
+      u(k, 2) = input(record, j, step.begin + step.length - dead);
     }
   }
   if (time_) {
     for (int c = 0; c < 3; ++c) u(m_ - 1, c) = record.t0 + (step.begin + 0.5 * c * step.length) * record.dt;
   }
-  in_.head(n_) = at.x;
+  // Loops of their own: of so few numbers an expression of Eigen costs more than the sums.
+  double *const x = at.x.data(), *const in = in_.data();
+  for (Eigen::Index i = 0; i < n_; ++i) in[i] = x[i];
   for (int k = 0; k < 4; ++k) {
-    in_.segment(n_, m_) = u.col((k + 1) / 2);
+    const double* const acting = u.col((k + 1) / 2).data();
+    for (Eigen::Index i = 0; i < m_; ++i) in[n_ + i] = acting[i];
     stage(record, step, k, sensitive);
-    if (k < 3) in_.head(n_) = at.x + (k < 2 ? 0.5 * h : h) * stage_rates_[static_cast<std::size_t>(k)];
+    const double ahead = k < 2 ? 0.5 * h : h;
+    const double* const rates = stage_rates_[static_cast<std::size_t>(k)].data();
+    for (Eigen::Index i = 0; k < 3 && i < n_; ++i) in[i] = x[i] + ahead * rates[i];
   }
-  at.x += h / 6 * (stage_rates_[0] + 2 * (stage_rates_[1] + stage_rates_[2]) + stage_rates_[3]);
+  const double share = h / 6;
+  const double *const r0 = stage_rates_[0].data(), *const r1 = stage_rates_[1].data(),
+                      *const r2 = stage_rates_[2].data(), *const r3 = stage_rates_[3].data();
+  for (Eigen::Index i = 0; i < n_; ++i) x[i] += share * (r0[i] + 2 * (r1[i] + r2[i]) + r3[i]);
   if (sensitive) sensitivities_.advance(h, at.s);
 }
 
@@ -237,6 +258,7 @@ void TrajectorySystem::look(const TrajectoryRecord& record, double at, const Eig
 
 Eigen::MatrixXd TrajectorySystem::follow(const TrajectoryRecord& record, const TrajectoryRun& run,
                                          Eigen::MatrixXd* states) {
+  reached_.assign(reached_.size(), {});
   Eigen::MatrixXd out(run.count, q_);
   if (states != nullptr) states->resize(run.count, n_);
   State at;
@@ -295,6 +317,7 @@ void TrajectorySystem::join(const std::vector<TrajectoryRun>& runs, const std::v
 TrajectorySums TrajectorySystem::run(const std::vector<TrajectoryRecord>& records,
                                      const std::vector<TrajectoryRun>& runs, const std::vector<TrajectoryRun>& given,
                                      const TrajectoryWeights& weights) {
+  reached_.assign(reached_.size(), {});
   const Eigen::Index own = p_ + delays(), local = own + n_;
   const Eigen::Index total = own + n_ * static_cast<Eigen::Index>(runs.size());
   TrajectorySums sums;

@@ -64,6 +64,11 @@ class TrajectorySystem {
     Eigen::VectorXd x;
     Eigen::MatrixXd s;  // unknowns x states: parameters, dead times, start
   };
+  struct Reached {
+    const TrajectoryRecord* of = nullptr;
+    double at = 0, value = 0;
+  };
+  double input(const TrajectoryRecord& record, std::size_t j, double at);
   void load_inputs(const TrajectoryRecord& record, double at);
   void rate(const Eigen::VectorXd& x, bool sensitive);
   void stage(const TrajectoryRecord& record, const HeldStep& step, int k, bool sensitive);
@@ -89,6 +94,8 @@ class TrajectorySystem {
   expr::Tape rates_, outputs_;
   std::vector<double> rate_slots_, output_slots_;  // of the tapes at the present parameters
   std::vector<Entry> by_state_, by_parameter_, by_input_, seen_by_state_, seen_by_parameter_;
+  std::vector<Eigen::Index> forced_;  // places of by_parameter_ in the forcing of a stage
+  std::vector<Reached> reached_;      // of each input
   Eigen::VectorXd in_, out_, dx_, y_;
   Eigen::MatrixXd jacobian_, seen_, seen_parameter_;
   SensitivityStep sensitivities_;

@@ -65,6 +65,36 @@ Eigen::VectorX<typename Derived::Scalar> high_passed(const Eigen::MatrixBase<Der
   return y;
 }
 
+/// The same of every column of `z`, whose samples are in rows: all columns of a row at once.
+template <class Rows>
+void high_pass_rows(Rows& z, const HighPass& h) {
+  using Row = Eigen::Array<double, 1, Eigen::Dynamic>;
+  if (z.rows() == 0) return;
+  Row before = z.row(0), now;
+  if (h.spring == 0) {
+    const HighPassStep s(h.damping);
+    for (Eigen::Index i = 1; i < z.rows(); ++i) {
+      now = z.row(i);
+      z.row(i).array() = s.pass * (now - before) + s.keep * z.row(i - 1).array();
+      before.swap(now);
+    }
+    return;
+  }
+  const FreeStep s(h);
+  Row place = before, rate = -h.damping * before, last = Row::Zero(z.cols()), slope, pushed;
+  for (Eigen::Index i = 0; i + 1 < z.rows(); ++i) {
+    now = z.row(i + 1);
+    slope = now - before;
+    pushed = rate + (slope - last);
+    z.row(i) = place;
+    rate = s.vv * pushed + s.vy * place;
+    place = s.yv * pushed + s.yy * place;
+    last.swap(slope);
+    before.swap(now);
+  }
+  z.row(z.rows() - 1) = place;
+}
+
 /// What a charge of 1 at sample 0 adds to `samples` readings; `rate`: a slope of 1 per sample instead, which the second
 /// order keeps too.
 inline Eigen::VectorXd discharge(Eigen::Index samples, const HighPass& h, bool rate = false) {

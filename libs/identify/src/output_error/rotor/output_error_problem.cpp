@@ -304,10 +304,8 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
     }
   }
   if (corner.any()) {
-    for (const auto& [column, lane] : integrated) {
-      motion_.dx.col(lane) = high_passed(motion_.dx.col(lane), corner);
-      motion_.dy.col(lane) = high_passed(motion_.dy.col(lane), corner);
-    }
+    high_pass_rows(motion_.dx, corner);
+    high_pass_rows(motion_.dy, corner);
   }
   for (Eigen::Index at = 0; at < n; at += kBlock) {
     const Eigen::Index rows = std::min(kBlock, n - at);
