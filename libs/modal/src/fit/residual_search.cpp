@@ -43,7 +43,30 @@ std::vector<Level> pyramid(const Band& band, const Eigen::MatrixXcd& residual, i
 struct Candidate {
   double gain;
   Complex pole;
+  Index from, to;  // lines about it
 };
+
+constexpr double kSmallest = 0.1;  // of the largest gain: smaller ones are no peaks
+
+bool larger(const Candidate& a, const Candidate& b) { return a.gain > b.gain; }
+
+/// Where everything nearby is large, a peak has to stand out from that. Only of those that may be peaks afterwards: the
+/// gain becomes no larger.
+std::vector<Candidate> standing_out(std::vector<Candidate> found, const Eigen::VectorXd& energy, double floor,
+                                    double least_gain) {
+  std::sort(found.begin(), found.end(), larger);
+  std::vector<Candidate> result;
+  double largest = 0;
+  for (Candidate& c : found) {
+    if (c.gain < kSmallest * largest) break;
+    c.gain *= floor / std::max(floor, median_of(energy.segment(c.from, c.to - c.from + 1)));
+    if (!(c.gain > least_gain)) continue;
+    largest = std::max(largest, c.gain);
+    result.push_back(c);
+  }
+  std::sort(result.begin(), result.end(), larger);
+  return result;
+}
 
 }  // namespace
 
@@ -72,20 +95,17 @@ std::vector<Complex> search_residual(const Band& band, const Eigen::MatrixXcd& r
       for (Index i = 0; i < count; ++i) b[i] = 1.0 / (Complex(band.decay, at.omega[first + i]) - q);
       const Eigen::RowVectorXcd products = b.adjoint() * at.data.middleRows(first, count);
       const Eigen::RowVectorXd norms = b.cwiseAbs2().transpose() * at.weight.middleRows(first, count);
-      double gain = products.cwiseAbs2().cwiseQuotient(norms).sum() / floor;
-      if (gain <= least_gain) continue;
-      // Where everything nearby is large, a peak has to stand out from that.
+      const double gain = products.cwiseAbs2().cwiseQuotient(norms).sum() / floor;
+      if (!(gain > least_gain)) continue;
       const Index line = std::clamp(static_cast<Index>((f - band.low) / df), Index{0}, n - 1);
       const Index reach = static_cast<Index>(6 * half_width / df) + 8;
-      const Index from = std::max<Index>(0, line - reach), to = std::min(n - 1, line + reach);
-      gain *= floor / std::max(floor, median_of(energy.segment(from, to - from + 1)));
-      if (gain > least_gain) found.push_back({gain, q});
+      found.push_back({gain, q, std::max<Index>(0, line - reach), std::min(n - 1, line + reach)});
     }
   }
-  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
+  found = standing_out(std::move(found), energy, floor, least_gain);
   std::vector<Complex> peaks;
   for (const auto& candidate : found) {
-    if (candidate.gain < 0.1 * found.front().gain) break;
+    if (candidate.gain < kSmallest * found.front().gain) break;
     const bool echo = std::any_of(peaks.begin(), peaks.end(), [&](Complex p) {
       const double above = 2 * kPi * band.high;
       const double reach = 12 * std::max(-p.real(), -candidate.pole.real()) + 16 * 2 * kPi * df;

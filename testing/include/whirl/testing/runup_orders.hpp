@@ -55,26 +55,41 @@ inline RunupOrders make_runup_orders(const RunupOrdersOptions& o) {
   Eigen::MatrixXd y = Eigen::MatrixXd::Zero(n, o.channels);
   constexpr int kSteps = 4;
   const double h = 1 / (o.rate * kSteps);
+  // Of all modes at one time: what the angle gives is worked out once.
+  struct Acting {
+    std::complex<double> unbalance, second;
+  };
+  const auto acting = [&](double t) {
+    const double speed = begin + alpha * t;
+    const std::complex<double> turned = std::polar(1.0, angle(t));
+    return Acting{std::complex<double>(speed * speed / (full * full), -alpha / (full * full)) * turned,
+                  o.second * turned * turned};
+  };
+  std::vector<double> w(modes), damping(modes), x(modes, 0.0), v(modes, 0.0);
   for (std::size_t k = 0; k < modes; ++k) {
-    const double w = 2 * std::numbers::pi * o.frequency[k], c = 2 * result.damping[k] * w;
-    const auto acceleration = [&](double t, double x, double v) {
-      const double speed = begin + alpha * t;
-      const std::complex<double> unbalance(speed * speed / (full * full), -alpha / (full * full));
-      const double force = (first[k] * unbalance * std::polar(1.0, angle(t))).real() +
-                           o.second * (second[k] * std::polar(1.0, 2 * angle(t))).real();
-      return force - c * v - w * w * x;
+    w[k] = 2 * std::numbers::pi * o.frequency[k];
+    damping[k] = 2 * result.damping[k] * w[k];
+  }
+  const auto advance = [&](std::size_t k, const Acting& from, const Acting& middle, const Acting& to) {
+    const auto acceleration = [&](const Acting& f, double place, double rate) {
+      return (first[k] * f.unbalance + second[k] * f.second).real() - damping[k] * rate - w[k] * w[k] * place;
     };
-    double x = 0, v = 0, t = 0;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (int p = 0; p < o.channels; ++p) y(i, p) += result.shape[k][static_cast<std::size_t>(p)] * x;
-      for (int s = 0; s < kSteps; ++s, t += h) {
-        const double a1 = acceleration(t, x, v), v2 = v + h / 2 * a1;
-        const double a2 = acceleration(t + h / 2, x + h / 2 * v, v2), v3 = v + h / 2 * a2;
-        const double a3 = acceleration(t + h / 2, x + h / 2 * v2, v3), v4 = v + h * a3;
-        const double a4 = acceleration(t + h, x + h * v3, v4);
-        x += h / 6 * (v + 2 * v2 + 2 * v3 + v4);
-        v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
-      }
+    const double a1 = acceleration(from, x[k], v[k]), v2 = v[k] + h / 2 * a1;
+    const double a2 = acceleration(middle, x[k] + h / 2 * v[k], v2), v3 = v[k] + h / 2 * a2;
+    const double a3 = acceleration(middle, x[k] + h / 2 * v2, v3), v4 = v[k] + h * a3;
+    const double a4 = acceleration(to, x[k] + h * v3, v4);
+    x[k] += h / 6 * (v[k] + 2 * v2 + 2 * v3 + v4);
+    v[k] += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+  };
+  Acting from = acting(0);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < modes; ++k)
+      for (int p = 0; p < o.channels; ++p) y(i, p) += result.shape[k][static_cast<std::size_t>(p)] * x[k];
+    for (int s = 0; s < kSteps; ++s) {
+      const double t = h * static_cast<double>(i * kSteps + s);
+      const Acting middle = acting(t + h / 2), to = acting(t + h);
+      for (std::size_t k = 0; k < modes; ++k) advance(k, from, middle, to);
+      from = to;
     }
   }
   result.recording.dt = 1 / o.rate;
