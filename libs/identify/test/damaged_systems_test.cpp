@@ -38,7 +38,7 @@ const Plant kPlants[] = {
 
 /// Runge-Kutta, 20 steps a sample, at 100 Hz; `noise`: sd relative to the rms of each channel.
 Recording run(const Plant& plant, unsigned seed, double noise = 0.005) {
-  constexpr int kSamples = 2500, kSteps = 20;
+  constexpr int kSamples = 1500, kSteps = 20;
   constexpr double kRate = 100, kStep = 1 / (kRate * kSteps);
   std::mt19937_64 random(7919ull * seed);
   std::normal_distribution<double> normal;
