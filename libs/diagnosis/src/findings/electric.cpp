@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "findings/channel_study.hpp"
 
@@ -35,12 +37,27 @@ double throughout(std::vector<double> chances) {
   return fisher(chances);
 }
 
+// Blocks and what was seen in them: searches of wide and of narrow ranges look at the same places.
+class Looks {
+ public:
+  explicit Looks(const std::vector<LineBlock>& all) : blocks(all) {}
+  const LineValue& at(std::size_t block, double frequency) {
+    const auto [seen, fresh] = seen_.try_emplace({frequency, block});
+    if (fresh) seen->second = blocks[block].added({0, frequency});
+    return seen->second;
+  }
+  const std::vector<LineBlock>& blocks;
+
+ private:
+  std::map<std::pair<double, std::size_t>, LineValue> seen_;
+};
+
 // `every`: of the blocks, for a first look.
-Search at_frequency(const std::vector<LineBlock>& blocks, double frequency, std::size_t every = 1) {
+Search at_frequency(Looks& looks, double frequency, std::size_t every = 1) {
   Search out{{0, frequency}, 1, {}};
   std::vector<double> chances;
-  for (std::size_t k = 0; k < blocks.size(); k += every) {
-    const LineValue value = blocks[k].added(out.line);
+  for (std::size_t k = 0; k < looks.blocks.size(); k += every) {
+    const LineValue& value = looks.at(k, frequency);
     if (!(value.share >= kLeastShare)) continue;
     chances.push_back(value.chance);
     out.values.push_back(value);
@@ -56,14 +73,14 @@ double total_power(const Search& s) {
 }
 
 // The frequency that all blocks show best, within a share of `nominal`.
-Search search(const std::vector<LineBlock>& blocks, double nominal, double tolerance, std::size_t every = 1) {
+Search search(Looks& looks, double nominal, double tolerance, std::size_t every = 1) {
   double longest = 0;
-  for (const LineBlock& b : blocks) longest = std::max(longest, b.duration());
+  for (const LineBlock& b : looks.blocks) longest = std::max(longest, b.duration());
   const double reach = tolerance * nominal, step = 0.5 / longest;
   const int half = static_cast<int>(std::floor(reach / step));
   Search best;
   for (int k = -half; k <= half; ++k) {
-    Search here = at_frequency(blocks, nominal + k * step, every);
+    Search here = at_frequency(looks, nominal + k * step, every);
     if (here.values.empty()) continue;
     const bool better =
         here.chance < best.chance || (here.chance == best.chance && total_power(here) > total_power(best));
@@ -75,7 +92,7 @@ Search search(const std::vector<LineBlock>& blocks, double nominal, double toler
   for (const int side : {-1, 1}) {
     for (int k = 1; k <= kLineLobe; ++k) {
       const double frequency = best.line.frequency + side * step;
-      Search here = at_frequency(blocks, frequency);
+      Search here = at_frequency(looks, frequency);
       const bool within = std::abs(frequency - nominal) < (half + 0.5) * step;
       if (!within || here.values.size() != best.values.size() || total_power(here) <= total_power(best)) break;
       here.chance = std::min(here.chance, best.chance);
@@ -87,13 +104,13 @@ Search search(const std::vector<LineBlock>& blocks, double nominal, double toler
     for (const int beyond : {1, 2}) {
       const double frequency = nominal + side * (half + beyond) * step;
       if (std::abs(frequency - best.line.frequency) < kEdge * step &&
-          total_power(at_frequency(blocks, frequency)) > total_power(best))
+          total_power(at_frequency(looks, frequency)) > total_power(best))
         return {};
     }
   }
   for (double fine = 0.5 * step; fine > 0.02 * step; fine *= 0.5) {
     for (const double move : {-fine, fine}) {
-      Search here = at_frequency(blocks, best.line.frequency + move);
+      Search here = at_frequency(looks, best.line.frequency + move);
       if (here.values.size() == best.values.size() && total_power(here) > total_power(best)) {
         here.chance = std::min(here.chance, best.chance);
         best = std::move(here);
@@ -166,14 +183,14 @@ std::vector<Stretch> clear_of_orders(const ChannelStudy& s, const std::vector<Li
 }
 
 // The line within these stretches that the blocks show best.
-Search search_off_supply(const ChannelStudy& s, const std::vector<LineBlock>& blocks, double nominal) {
-  const std::vector<Stretch> stretches = clear_of_orders(s, blocks, nominal);
+Search search_off_supply(const ChannelStudy& s, Looks& looks, double nominal) {
+  const std::vector<Stretch> stretches = clear_of_orders(s, looks.blocks, nominal);
   Search best;
   for (const Stretch& part : stretches) {
     const double middle = 0.5 * (part.low + part.high), share = 0.5 * (part.high - part.low) / middle;
     // Runs have many blocks and the range is wide: a first look at some of them.
-    if (blocks.size() >= kManyBlocks && search(blocks, middle, share, kLook).chance > kSeenAtAll) continue;
-    Search here = search(blocks, middle, share);
+    if (looks.blocks.size() >= kManyBlocks && search(looks, middle, share, kLook).chance > kSeenAtAll) continue;
+    Search here = search(looks, middle, share);
     here.chance *= static_cast<double>(stretches.size());
     if (!here.values.empty() && (best.values.empty() || here.chance < best.chance)) best = std::move(here);
   }
@@ -181,9 +198,9 @@ Search search_off_supply(const ChannelStudy& s, const std::vector<LineBlock>& bl
 }
 
 // Adds the line about `nominal` where it is one of the supply; whether it was added.
-bool find_line(ChannelStudy& s, const std::vector<LineBlock>& blocks, double nominal, int multiple, VibrationCode code,
+bool find_line(ChannelStudy& s, Looks& looks, double nominal, int multiple, VibrationCode code,
                bool off_supply = false) {
-  const Search found = off_supply ? search_off_supply(s, blocks, nominal) : search(blocks, nominal, kMainsTolerance);
+  const Search found = off_supply ? search_off_supply(s, looks, nominal) : search(looks, nominal, kMainsTolerance);
   if (found.values.empty()) return false;
   VibrationFinding f;
   f.code = code;
@@ -195,7 +212,7 @@ bool find_line(ChannelStudy& s, const std::vector<LineBlock>& blocks, double nom
   f.causes = off_supply      ? std::vector{Cause::other_machine, Cause::pickup, Cause::electric}
              : multiple == 1 ? std::vector{Cause::pickup, Cause::electric, Cause::other_machine}
                              : std::vector{Cause::electric, Cause::pickup, Cause::other_machine};
-  if (!s.runs() && is_sideband(blocks, found, s.options.mains)) return false;
+  if (!s.runs() && is_sideband(looks.blocks, found, s.options.mains)) return false;
   if (!s.add(std::move(f))) return false;
   s.electric.push_back(found.line);
   return true;
@@ -211,11 +228,12 @@ void find_electric(ChannelStudy& s) {
       if (v.share >= kLeastShare) s.largest = std::max(s.largest, v.amplitude());
     }
   }
+  Looks looks(blocks);
   for (const double mains : s.options.mains) {
     for (const auto& [multiple, code] :
          {std::pair{1, VibrationCode::line_frequency}, std::pair{2, VibrationCode::twice_line_frequency}}) {
-      if (find_line(s, blocks, multiple * mains, multiple, code)) continue;
-      if (find_line(s, blocks, multiple * mains, multiple, code, true)) continue;
+      if (find_line(s, looks, multiple * mains, multiple, code)) continue;
+      if (find_line(s, looks, multiple * mains, multiple, code, true)) continue;
       // An angle taken from the vibration follows the beat of 1X with a line beside it, which has a mirror then.
       const double line = multiple * mains;
       const auto beats = [&, line](const LineBlock& b) { return std::abs(line / b.turning() - 1) < kFollowedBeat; };
