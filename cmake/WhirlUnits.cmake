@@ -3,7 +3,7 @@
 # WHIRL_UNIT_BYTES: `-DWHIRL_UNITS=OFF` compiles each source alone. Names in anonymous namespaces are therefore unique
 # within a library.
 option(WHIRL_UNITS "Compile neighbouring sources together" ON)
-set(WHIRL_UNIT_BYTES 36000 CACHE STRING "Size at which a unit of several sources ends")
+set(WHIRL_UNIT_BYTES 72000 CACHE STRING "Size at which a unit of several sources ends; half of it for tests, which share less")
 
 # whirl_units(<out> <target> <sources>...)
 # Writes files that include the sources in their order, by paths below the source tree so that checkouts share cached
@@ -15,6 +15,10 @@ function(whirl_units out target)
   set(number 0)
   set(folder "")
   set(sources ${ARGN})
+  set(most ${WHIRL_UNIT_BYTES})
+  if(target MATCHES "_test$")
+    math(EXPR most "${WHIRL_UNIT_BYTES} / 2")
+  endif()
   if(NOT WHIRL_UNITS)
     set(${out} ${sources} PARENT_SCOPE)
     return()
@@ -40,7 +44,7 @@ function(whirl_units out target)
     file(SIZE "${source}" bytes)
     math(EXPR half "2 * ${size}")
     math(EXPR total "${size} + ${bytes} / 2")
-    if(total GREATER WHIRL_UNIT_BYTES OR (NOT place STREQUAL folder AND half GREATER WHIRL_UNIT_BYTES))
+    if(total GREATER most OR (NOT place STREQUAL folder AND half GREATER most))
       end_unit()
     endif()
     string(APPEND batch "#include \"${path}\"\n")
@@ -58,8 +62,11 @@ set(WHIRL_HEADERS <Eigen/Dense> <fmt/format.h> <algorithm> <array> <cmath> <comp
 set(WHIRL_HEADERS_guarded <nlohmann/json.hpp>)
 set(WHIRL_HEADERS_program <CLI/CLI.hpp>)
 set(WHIRL_HEADERS_test <gmock/gmock.h> <gtest/gtest.h> "${PROJECT_SOURCE_DIR}/testing/include/whirl/testing/comparisons.hpp")
-# Tests run once for every time they are compiled. They contract products and sums as the code under test does.
-set(WHIRL_FLAGS_test $<$<CONFIG:Release>:-O1> $<$<AND:$<CONFIG:Release>,$<CXX_COMPILER_ID:GNU>>:-fexpensive-optimizations>)
+# Tests, commands and bindings run once for every time they are compiled: what takes time is in the libraries. Products and
+# sums are contracted as there.
+set(WHIRL_QUICKLY $<$<CONFIG:Release>:-O1> $<$<AND:$<CONFIG:Release>,$<CXX_COMPILER_ID:GNU>>:-fexpensive-optimizations>)
+set(WHIRL_FLAGS_test ${WHIRL_QUICKLY})
+set(WHIRL_FLAGS_program ${WHIRL_QUICKLY})
 
 # whirl_precompile(<target> library|guarded|program|test)
 # Compiles the headers of a kind once; targets of one kind have the same flags.

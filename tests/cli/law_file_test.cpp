@@ -6,14 +6,14 @@
 namespace whirl::testing {
 namespace {
 
-constexpr const char* kPlant = R"({"schema": "whirl.plant/1",
+constexpr const char* kPlantOfLaw = R"({"schema": "whirl.plant/1",
   "A": [[0, 1], [-5685, -1.5]], "B": [[0], [0.6667]], "C": [[1, 0]], "eccentricity_m": 3e-4})";
 // A PD with its derivative filtered at 1000 1/s.
 constexpr const char* kLaw = R"({"schema": "whirl.law/1", "x": {"num": [-100, -2000], "den": [0.001, 1]}})";
 
 TEST(LawFileE2e, ALawOfTheUserIsCertifiedRunAndExported) {
   Folder folder;
-  folder.write("plant.json", kPlant);
+  folder.write("plant.json", kPlantOfLaw);
   folder.write("law.json", kLaw);
   const Outcome designed = folder.whirl("design plant.json --law-file law.json --evaluations 6 --out c.json --quiet");
   ASSERT_EQ(designed.exit_code, 0) << designed.err;
@@ -37,7 +37,7 @@ TEST(LawFileE2e, ALawOfTheUserIsCertifiedRunAndExported) {
 
 TEST(LawFileE2e, WhatIsWrongIsOneErrorThatSaysWhere) {
   Folder folder;
-  folder.write("plant.json", kPlant);
+  folder.write("plant.json", kPlantOfLaw);
   folder.write("law.json", R"({"schema": "whirl.law/1", "sample_time_s": 0.002, "x": {"D": [-1]}})");
   const auto refused = [&](const std::string& line, const std::string& part) {
     const Outcome out = folder.whirl(line);
@@ -54,7 +54,7 @@ TEST(LawFileE2e, WhatIsWrongIsOneErrorThatSaysWhere) {
 // The loop may hold although the law does not; the name stands in the result.
 TEST(LawFileE2e, AnUnstableLawIsNamed) {
   Folder folder;
-  folder.write("plant.json", kPlant);
+  folder.write("plant.json", kPlantOfLaw);
   folder.write("law.json", R"({"schema": "whirl.law/1", "x": {"num": [-100, -2000], "den": [1, -1]}})");
   const Outcome out = folder.whirl("design plant.json --law-file law.json --evaluations 1 --out c.json");
   EXPECT_EQ(out.exit_code, 1);

@@ -9,13 +9,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Call {
+struct WrittenCall {
   const char* arguments;  ///< OUT stands for the output
   const char* input;      ///< that must not be lost
 };
 
 /// Every subcommand that reads a file and writes one, once per pair of flags.
-const Call kCalls[] = {
+const WrittenCall kCalls[] = {
     {"convert record.csv OUT", "record.csv"},
     {"stiffness pull.csv --out OUT", "pull.csv"},
     {"stiffness pull.csv --figure OUT", "pull.csv"},
@@ -59,7 +59,7 @@ std::string with_output(const std::string& arguments, const std::string& out) {
 
 TEST(OutputsE2e, NoSubcommandWritesOverItsInputUnderAnyName) {
   int lost = 0, calls = 0;
-  for (const Call& call : kCalls) {
+  for (const WrittenCall& call : kCalls) {
     const Folder folder;
     copy_made(folder);
     const std::string before = slurp(folder / call.input);
@@ -90,7 +90,7 @@ TEST(OutputsE2e, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
   copy_made(folder);
   fs::create_directory(folder / "sub");
   folder.write("file", "x");
-  for (const Call& call : kCalls) {
+  for (const WrittenCall& call : kCalls) {
     for (const auto& [out, reason] :
          {std::pair{"nowhere/out.csv", "no folder nowhere"}, {"sub", "is a folder"}, {"file/out.csv", "no folder"}}) {
       const Outcome outcome = folder.whirl(with_output(call.arguments, out));

@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
-const std::filesystem::path kPictures = std::filesystem::path(binary_dir()) / "screenshots";
+const std::filesystem::path kReportPictures = std::filesystem::path(binary_dir()) / "screenshots";
 
 // The study's report has the widest tables and the longest equations.
 TEST(ReportPageE2e, NothingIsCutOffOnPaper) {
@@ -128,7 +128,7 @@ TEST(ReportPageE2e, DarkIsReadableAndPaperStaysWhite) {
     EXPECT_EQ(browser.evaluate("faint('svg.wf text', 'fill', 4.5)"), json::array());
     EXPECT_EQ(browser.evaluate("faint('svg.wf path[class^=s]', 'stroke', 2.2)"), json::array()) << dark;
   }
-  browser.screenshot(kPictures / "report-dark.png");
+  browser.screenshot(kReportPictures / "report-dark.png");
   browser.evaluate("document.querySelector('p').style.color = '#30363d'");  // what is faint is found
   EXPECT_NE(browser.evaluate("faint('p', 'color', 4.5)"), json::array());
   browser.on_paper(688);
@@ -147,7 +147,7 @@ TEST(ReportPageE2e, FitsDesktopAndPhone) {
   EXPECT_EQ(browser.evaluate("[...document.querySelectorAll('table')].filter((t) => t.getBoundingClientRect().right > "
                              "innerWidth || t.scrollWidth > t.parentElement.clientWidth + 1).length"),
             0);
-  browser.screenshot(kPictures / "report-desktop.png");
+  browser.screenshot(kReportPictures / "report-desktop.png");
   browser.resize(390, 844, true);
   const std::string small =
       "(() => { let least = 99; for (const e of document.querySelectorAll('p, td, th, dd, li, figcaption, svg.wf "
@@ -157,7 +157,7 @@ TEST(ReportPageE2e, FitsDesktopAndPhone) {
       "parseFloat(getComputedStyle(e).fontSize)); } return least; "
       "})()";
   EXPECT_GE(browser.evaluate(small).get<double>(), 9) << "px";
-  browser.screenshot(kPictures / "report-phone.png");
+  browser.screenshot(kReportPictures / "report-phone.png");
 }
 
 }  // namespace

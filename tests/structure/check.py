@@ -2,7 +2,7 @@
 """The tree against docs/architecture.md: folders, include direction, sizes of folders and functions, format,
 what .clang-tidy asks of the public headers, the API reference.
 
-Usage: check.py SOURCE_DIR tree|includes|folders|functions|decisions|options|units|format|tidy|api [MEMO]     exit code 1 and one line per deviation
+Usage: check.py SOURCE_DIR tree|includes|folders|functions|decisions|options|units|names|format|tidy|api [MEMO]     exit code 1 and one line per deviation
   MEMO    of tidy: the file that keeps which bytes were clean, so that it runs again only where one of them changed
 """
 import hashlib
@@ -181,6 +181,24 @@ def units(root):
             for line, text in enumerate((root / file).read_text().split("\n"), 1) if literal.search(text)]
 
 
+def names(root):
+    """Sources of a folder tree are compiled together, so a constant or a type of an anonymous namespace has its name alone there."""
+    places = {}
+    for file in tracked(root):
+        part = re.match(r"(libs/\w+/(?:src|test)|apps/\w+|tests/\w+)/.*\.cpp$", file)
+        inside = False
+        for line, text in enumerate((root / file).read_text().split("\n") if part else [], 1):
+            inside = text == "namespace {" or (inside and text != "}  // namespace")
+            if inside and re.match(r"const(expr|init)? ", text):
+                found = re.findall(r"\b(k[A-Z]\w*)(?= *[=\[{])", text)
+            else:
+                found = re.findall(r"^(?:struct|class|enum class|enum|union) (\w+)[^;]*$", text) if inside else []
+            for name in found:
+                places.setdefault((part[1], name), {}).setdefault(file, line)
+    return [f"{file}:{line}: {name} is a name of {', '.join(f for f in at if f != file)} too"
+            for (_, name), at in sorted(places.items()) if len(at) > 1 for file, line in list(at.items())[1:]]
+
+
 def form(root):
     tool = shutil.which("clang-format")
     if tool is None:
@@ -267,7 +285,7 @@ def api(root):
 def main():
     root = pathlib.Path(sys.argv[1])
     check = {"tree": tree, "includes": includes, "folders": folders, "functions": functions, "decisions": decisions, "options": options,
-             "units": units, "format": form, "tidy": tidy, "api": api}
+             "units": units, "names": names, "format": form, "tidy": tidy, "api": api}
     memo = [pathlib.Path(sys.argv[3])] if sys.argv[2] == "tidy" and len(sys.argv) > 3 else []
     wrong = check[sys.argv[2]](root, *memo)
     print("\n".join(wrong))

@@ -16,12 +16,12 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kStep = 1e-3;
+constexpr double kDesignStep = 1e-3;
 
 /// A rotor whose stiffness, damping and gain differ from the settings' by these shares, in steady whirl under the
 /// unbalance and a control acceleration that turns with it.
 struct Steady {
-  ReidentifierSettings s{{3600, 0, 6, {}, {}}, {1e-4, 5e-5}, kStep, {0.2, 1, 0.3}};
+  ReidentifierSettings s{{3600, 0, 6, {}, {}}, {1e-4, 5e-5}, kDesignStep, {0.2, 1, 0.3}};
   double dk = 0, dc = 0, dg = 0;
   double direction = 1;
   Complex eps{1.4e-4, -2e-5}, runout{4e-6, -3e-6};
@@ -31,11 +31,11 @@ struct Steady {
     const double w = direction * omega;
     const Complex i{0, 1}, stiffness(s.model.k1 * (1 + dk) - w * w, s.model.c * (1 + dc) * w);
     const Complex z = ((1 + dg) * force + w * w * eps) / stiffness + runout;
-    for (int k = 0; k < windows * 6 * std::numbers::pi / (omega * kStep); ++k) {
-      beta += w * kStep;
+    for (int k = 0; k < windows * 6 * std::numbers::pi / (omega * kDesignStep); ++k) {
+      beta += w * kDesignStep;
       ReidentifierInput in;
       in.turn = std::exp(i * beta);
-      in.half = std::exp(i * (0.5 * w * kStep));
+      in.half = std::exp(i * (0.5 * w * kDesignStep));
       in.z = z * in.turn;
       in.a = force * in.turn * std::conj(in.half);
       in.forcing = w * w * in.turn;

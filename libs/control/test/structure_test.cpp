@@ -11,7 +11,7 @@
 namespace whirl::control {
 namespace {
 
-constexpr double kTick = 1e-3, kSplit = 0.37;
+constexpr double kStructureTick = 1e-3, kSplit = 0.37;
 
 /// One oscillator q'' + 2 z w q' + w^2 q = s a(t), fourth-order steps of 1/400 of a piece.
 struct Oscillator {
@@ -35,7 +35,7 @@ struct Oscillator {
 TEST(StructureReference, EqualsTheOscillatorsIntegratedApart) {
   std::array<StructureMode, Structure::kModes> modes{
       {{289, 0.008, -0.3}, {0, 0, 1}, {804, 0.006, 0.015}, {1948, 0.3, 2}}};
-  Structure structure(modes, kTick, kSplit);
+  Structure structure(modes, kStructureTick, kSplit);
   ASSERT_FALSE(structure.empty());
   std::vector<Oscillator> apart{{289, 0.008, -0.3, 0, 0}, {804, 0.006, 0.015, 0, 0}, {1948, 0.3, 2, 0, 0}};
   std::mt19937_64 random(3);
@@ -45,8 +45,8 @@ TEST(StructureReference, EqualsTheOscillatorsIntegratedApart) {
     const std::complex<double> first{normal(random), normal(random)}, second{normal(random), normal(random)};
     std::complex<double> sum;
     for (Oscillator& o : apart) {
-      o.run(first, kSplit * kTick);
-      o.run(second, (1 - kSplit) * kTick);
+      o.run(first, kSplit * kStructureTick);
+      o.run(second, (1 - kSplit) * kStructureTick);
       sum += o.q;
     }
     worst = std::max(worst, std::abs(structure.step(first, second) - sum));
@@ -55,7 +55,7 @@ TEST(StructureReference, EqualsTheOscillatorsIntegratedApart) {
   EXPECT_LT(worst, 1e-9 * largest);
   structure.reset();
   EXPECT_EQ(structure.step(0, 0), std::complex<double>());
-  EXPECT_TRUE(Structure({}, kTick, 0).empty());
+  EXPECT_TRUE(Structure({}, kStructureTick, 0).empty());
 }
 
 // What the actuators make the structure show is no motion of the disk: the controller's reading is that of the disk
@@ -66,16 +66,16 @@ TEST(StructureProperty, ReadingsAreThoseOfTheDisk) {
   d.parameters["mode_1_damping"] = 0.008;
   d.parameters["mode_1_share"] = -0.3;
   Controller c = make_controller(d);
-  const int whole = static_cast<int>(d.delay / kTick);
-  const double split = d.delay / kTick - whole;
+  const int whole = static_cast<int>(d.delay / kStructureTick);
+  const double split = d.delay / kStructureTick - whole;
   Oscillator mode{289, 0.008, -0.3, 0, 0};
   std::vector<std::complex<double>> sent(static_cast<std::size_t>(whole) + 2);  // the oldest first
   double worst = 0, shown = 0;
   for (int k = 0; k < 2000; ++k) {
-    mode.run(sent[0], split * kTick);
-    mode.run(sent[1], (1 - split) * kTick);
+    mode.run(sent[0], split * kStructureTick);
+    mode.run(sent[1], (1 - split) * kStructureTick);
     const std::complex<double> disk = 2e-4 * std::polar(1.0, 0.06 * k), z = disk + mode.q;
-    const auto u = c.step({.t = kTick * k, .x = z.real(), .y = z.imag(), .beta = 0.06 * k, .omega = 60});
+    const auto u = c.step({.t = kStructureTick * k, .x = z.real(), .y = z.imag(), .beta = 0.06 * k, .omega = 60});
     ASSERT_TRUE(u);
     worst = std::max(worst, std::abs(c.state().measured - disk));
     shown = std::max(shown, std::abs(mode.q));

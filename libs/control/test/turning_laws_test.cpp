@@ -19,7 +19,7 @@ namespace whirl::control {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kStep = 1e-3;
+constexpr double kTurnStep = 1e-3;
 
 ControllerDesign design(const std::string& law) { return testing::design_of(law, "lpf"); }
 
@@ -29,9 +29,9 @@ Law made(const ControllerDesign& d) {
 }
 
 TEST(TurningIntegralReference, WithoutItsWeightTheGainsAreThoseOfTheRegulator) {
-  const LqrGains plain = lqr_gains(5700, 1, kStep, 1e-3, 0.05, 3);
+  const LqrGains plain = lqr_gains(5700, 1, kTurnStep, 1e-3, 0.05, 3);
   for (const double omega : {0.0, 40.0, 75.0, 160.0}) {
-    const LqiGains g = lqi_gains(5700, 1, omega, kStep, {1e-3, 0.05, 1e6, 3});
+    const LqiGains g = lqi_gains(5700, 1, omega, kTurnStep, {1e-3, 0.05, 1e6, 3});
     EXPECT_NEAR(std::abs(g.z - plain.kp), 0, 1e-6 * std::abs(plain.kp)) << omega;
     EXPECT_NEAR(std::abs(g.v - plain.kd), 0, 1e-6 * plain.kd) << omega;
   }
@@ -40,7 +40,7 @@ TEST(TurningIntegralReference, WithoutItsWeightTheGainsAreThoseOfTheRegulator) {
 TEST(TurningIntegralReference, TheRiccatiEquationIsSolvedAndTheLoopStable) {
   for (const double k1 : {5700.0, -900.0}) {
     for (double omega = 0; omega < 400; omega += 37) {
-      const LqiGains g = lqi_gains(k1, 1, omega, kStep, {1e-4, 0.02, 1e-5, 3});
+      const LqiGains g = lqi_gains(k1, 1, omega, kTurnStep, {1e-4, 0.02, 1e-5, 3});
       EXPECT_LT(g.residual, 1e-10) << omega;
       EXPECT_LT(g.spectral_radius, 1) << omega;
     }
@@ -51,12 +51,12 @@ TEST(TurningIntegralReference, TheRiccatiEquationIsSolvedAndTheLoopStable) {
 /// its axes unlike, pushed by an unbalance and by a force that turns with it for another reason.
 double held(const IntegralRegulator& law, double omega, double stiffer, double seconds) {
   IntegralRegulator c = law;
-  const SampledAxis x = sample_axis(5700 * stiffer, 1, kStep);
+  const SampledAxis x = sample_axis(5700 * stiffer, 1, kTurnStep);
   double q[4] = {};  // x, v of both axes
   double largest = 0;
-  const long n = std::lround(seconds / kStep);
+  const long n = std::lround(seconds / kTurnStep);
   for (long k = 0; k < n; ++k) {
-    const double beta = omega * kStep * static_cast<double>(k);
+    const double beta = omega * kTurnStep * static_cast<double>(k);
     const Complex z{q[0], q[2]}, v{q[1], q[3]};
     const Complex forcing = unbalance_per_metre(beta, omega, 0);
     if (10 * k > 9 * n) largest = std::max(largest, std::abs(z));
@@ -134,7 +134,7 @@ TEST(SpeedScheduleUnit, NodesThatDoNotRiseAreRefusedByName) {
 const LateralModel kUnlike{5700, 0, 3, {900, 400}, {0.5, -0.3}};
 
 TEST(MultiChannelReference, ResponseIsTheInverseOfTheDynamicStiffness) {
-  const MultiChannelLms law(3, 200, 40, kUnlike, 2e-3, kStep, 10);
+  const MultiChannelLms law(3, 200, 40, kUnlike, 2e-3, kTurnStep, 10);
   for (const double omega : {20.0, 75.0, 130.0, -60.0}) {
     Eigen::Matrix2cd k;
     const Complex i(0, omega), pd = (200.0 + 40.0 * i) * std::exp(-i * 2e-3);
@@ -149,15 +149,15 @@ TEST(MultiChannelReference, ResponseIsTheInverseOfTheDynamicStiffness) {
 /// |z| left of the quasi-static response of unlike axes, y with an actuator 20 % weaker, by its start.
 template <class Law>
 double left(Law law, double omega, double seconds) {
-  const MultiChannelLms truth(1, 0, 40, kUnlike, 0, kStep, 10);
+  const MultiChannelLms truth(1, 0, 40, kUnlike, 0, kTurnStep, 10);
   const MultiChannelLms::Response g = truth.response(omega);
   const Complex eps{280e-6, 90e-6};
   const double start = std::abs(g.xx * eps) + std::abs(g.yy * eps);
   double largest = 0;
   Complex wx = 0, wy = 0;
-  const long n = std::lround(seconds / kStep);
+  const long n = std::lround(seconds / kTurnStep);
   for (long k = 0; k < n; ++k) {
-    const double beta = omega * kStep * static_cast<double>(k);
+    const double beta = omega * kTurnStep * static_cast<double>(k);
     const Complex turn = unit_phasor(beta), ux = eps + wx, uy = Complex(0, -1) * eps + 0.8 * wy;
     const Complex x = g.xx * ux + g.xy * uy, y = g.xy * ux + g.yy * uy;
     const Complex z{(x * turn).real(), (y * turn).real()};
@@ -174,9 +174,9 @@ double left(Law law, double omega, double seconds) {
 
 TEST(MultiChannelReference, UnlikeActuatorsAreAnsweredWhereOneWeightLeavesAWhirl) {
   for (const double omega : {40.0, 70.0, 120.0}) {
-    EXPECT_LT(left(MultiChannelLms(3, 0, 40, kUnlike, 0, kStep, 10), omega, 40), 1e-4) << omega;
+    EXPECT_LT(left(MultiChannelLms(3, 0, 40, kUnlike, 0, kTurnStep, 10), omega, 40), 1e-4) << omega;
   }
-  const SynchronousCanceller one(SynchronousCanceller::Method::fxlms, 3, 0, 40, kUnlike, 0, kStep, 10);
+  const SynchronousCanceller one(SynchronousCanceller::Method::fxlms, 3, 0, 40, kUnlike, 0, kTurnStep, 10);
   EXPECT_GT(left(one, 70, 40), 0.01);
 }
 
@@ -184,11 +184,11 @@ TEST(MultiChannelReference, UnlikeActuatorsAreAnsweredWhereOneWeightLeavesAWhirl
 TEST(MultiChannelReference, MuIsTheRateOfLikeAxes) {
   const LateralModel like{5700, 0, 3, {}, {}};
   for (const double omega : {25.0, 75.0, 200.0}) {
-    MultiChannelLms law(2, 0, 40, like, 0, kStep, 10);
+    MultiChannelLms law(2, 0, 40, like, 0, kTurnStep, 10);
     const Complex eps{280e-6, 90e-6}, g = law.response(omega).xx;
     constexpr long kTicks = 1000;
     for (long k = 0; k < kTicks; ++k) {
-      const double beta = omega * kStep * static_cast<double>(k);
+      const double beta = omega * kTurnStep * static_cast<double>(k);
       const Complex w = 0.5 * (law.weights()[0] + Complex(0, 1) * law.weights()[1]);
       law.step(g * (eps + w) * unit_phasor(beta), beta, omega, unbalance_per_metre(beta, omega, 0), true);
     }
@@ -198,7 +198,7 @@ TEST(MultiChannelReference, MuIsTheRateOfLikeAxes) {
 }
 
 TEST(MultiChannelUnit, FreezesWhenSlowOrBlind) {
-  MultiChannelLms c(5, 0, 40, kUnlike, 0, kStep, 10);
+  MultiChannelLms c(5, 0, 40, kUnlike, 0, kTurnStep, 10);
   for (int k = 0; k < 100; ++k) {
     c.step(1e-4, 0.005 * k, 5, 25, true);
     c.step(1e-4, 0.1 * k, 100, 1e4, false);

@@ -5,12 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include "whirl/core/decompositions.hpp"
+#include "whirl/core/distributions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/least_squares.hpp"
 #include "whirl/core/nan.hpp"
@@ -263,9 +263,7 @@ CorrectionUncertainty amplitude_uncertainty(const AmplitudeFit& amplitudes, cons
   CorrectionUncertainty u;
   u.covariance = Eigen::MatrixXd::Constant(2 * kept, 2 * kept, kNaN);
   u.freedom = amplitudes.fit.spare;
-  u.quantile = !(u.freedom > 0)        ? kNaN
-               : std::isinf(u.freedom) ? 1.959964
-                                       : boost::math::quantile(boost::math::students_t(u.freedom), 0.975);
+  u.quantile = !(u.freedom > 0) ? kNaN : std::isinf(u.freedom) ? 1.959964 : students_t_quantile(u.freedom, 0.975);
   if (std::isnan(u.quantile)) return u;
   // By run: slope of the masses in the readings of the rows.
   std::vector<Eigen::MatrixXd> slope(static_cast<std::size_t>(runs), Eigen::MatrixXd::Zero(2 * kept, problem.rows()));

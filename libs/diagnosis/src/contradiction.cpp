@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "near_repeats.hpp"
 #include "whirl/core/decompositions.hpp"
+#include "whirl/core/distributions.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::diagnosis {
@@ -158,8 +158,7 @@ double ContradictionSearch::chance(double before, double after, double witnesses
 }
 
 double ContradictionSearch::by_noise(double square) const {
-  const boost::math::chi_squared distribution(2 * static_cast<double>(job_.rows.size()));
-  return boost::math::cdf(boost::math::complement(distribution, 2 * std::max(0.0, square)));
+  return chi_squared_tail(2 * static_cast<double>(job_.rows.size()), 2 * std::max(0.0, square));
 }
 
 std::vector<ContradictionSearch::Explanation> ContradictionSearch::explain(const std::vector<bool>& kept) const {

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include "whirl/core/decompositions.hpp"
+#include "whirl/core/distributions.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::diagnosis {
@@ -203,8 +203,7 @@ BayesianBalance balance_with_prior(const BalancingJob& job, const InfluencePrior
   }
   b.surprise = posterior.freedom > 0 ? posterior.chi / posterior.freedom : std::nan("");
   if (posterior.freedom > 0) {
-    const boost::math::chi_squared chi(2 * posterior.freedom);
-    if (boost::math::cdf(boost::math::complement(chi, 2 * posterior.chi)) < 1e-3)
+    if (chi_squared_tail(2 * posterior.freedom, 2 * posterior.chi) < 1e-3)
       b.summary.warn(fmt::format(
           "the runs lie {:.1f} times farther from the prior than its uncertainty allows: give it more, or balance "
           "without it",

@@ -49,9 +49,9 @@ void split(std::vector<Hole>& holes, std::size_t first, std::size_t count, std::
 }
 
 /// Coordinate and exchange search over the pieces.
-class Search {
+class HoleSearch {
  public:
-  Search(const CorrectionProblem& problem, Criterion criterion, std::vector<Hole>& holes)
+  HoleSearch(const CorrectionProblem& problem, Criterion criterion, std::vector<Hole>& holes)
       : problem_(problem), criterion_(criterion), holes_(holes) {
     weight_ = problem.weight.size() > 0 ? problem.weight : Eigen::VectorXd::Ones(problem.rows());
     residual_ = problem.vibration;
@@ -135,7 +135,7 @@ Placement place_masses(const CorrectionProblem& problem, Criterion criterion, co
     if (place.angles.empty()) holes.push_back({static_cast<int>(p), std::arg(masses[p]), place.piece, place.most, 0});
     split(holes, first, holes.size() - first, masses[p]);
   }
-  Search(problem, criterion, holes).run();
+  HoleSearch(problem, criterion, holes).run();
   Placement result;
   result.sum = Eigen::VectorXcd::Zero(problem.planes());
   for (const Hole& h : holes) {

@@ -1,11 +1,10 @@
-#include <boost/math/distributions/fisher_f.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include "influence_fit.hpp"
 #include "whirl/core/decompositions.hpp"
+#include "whirl/core/distributions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/influence.hpp"
 
@@ -17,7 +16,7 @@ using Eigen::Index;
 double t_quantile(double freedom) {
   if (std::isnan(freedom) || !(freedom > 0)) return std::numeric_limits<double>::quiet_NaN();
   if (!std::isfinite(freedom) || freedom > 1e6) return 1.959964;
-  return boost::math::quantile(boost::math::students_t(freedom), 0.975);
+  return students_t_quantile(freedom, 0.975);
 }
 
 /// (baseline, [drift], influence) -> what multiplies it in baseline + influence w at the reference time.
@@ -34,7 +33,7 @@ Eigen::VectorXcd at_masses(const InfluenceFit& fit, const Eigen::VectorXcd& mass
 double circle_radius(double freedom) {
   if (std::isnan(freedom) || !(freedom > 0)) return std::numeric_limits<double>::quiet_NaN();
   if (!std::isfinite(freedom)) return 2.447747;
-  return std::sqrt(2 * boost::math::quantile(boost::math::fisher_f(2, freedom), 0.95));
+  return std::sqrt(2 * fisher_f_quantile(2, freedom, 0.95));
 }
 
 CorrectionUncertainty correction_uncertainty(const InfluenceFit& fit, const CorrectionProblem& problem,

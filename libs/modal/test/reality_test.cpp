@@ -30,7 +30,7 @@ std::vector<std::complex<double>> poles_of(const whirl::testing::Roving& data) {
   return poles;
 }
 
-struct Sum {
+struct RunningSum {
   int modes = 0, extra = 0, frequency = 0, damping = 0;
   void add(const ModeScore& s) {
     modes += s.frequency;
@@ -64,7 +64,7 @@ TEST(ModesProperty, FivePercentNoiseLeavesThirtyFourOfThirtyFiveModes) {
 
 TEST(ModesProperty, IntervalsCoverUnderModesAboveTheBand) {
   for (const int above : {6, 20}) {
-    Sum sum;
+    RunningSum sum;
     for (unsigned seed = 621; seed <= 630; ++seed) {
       const auto data = make_roving({.noise = 0.01, .modes_above = above, .seed = seed});
       sum.add(score(poles_of(data), whirl::modal::fit_modes(data.frf)));
@@ -78,7 +78,7 @@ TEST(ModesProperty, IntervalsCoverUnderModesAboveTheBand) {
 }
 
 TEST(ModesProperty, IntervalsCoverUnderDriftBetweenBlows) {
-  Sum sum;
+  RunningSum sum;
   for (unsigned seed = 641; seed <= 650; ++seed) {
     whirl::testing::DriftOptions o;
     o.structure.seed = seed;

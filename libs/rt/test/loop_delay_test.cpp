@@ -11,12 +11,12 @@
 namespace whirl::rt {
 namespace {
 
-constexpr double kH = 1e-3;
+constexpr double kDelayStep = 1e-3;
 
 /// x'' = -w^2 x - 2 z w x' + b u(t - delay) in 200 steps per period, the reading of each row before its force.
 Eigen::VectorXd respond(const Eigen::VectorXd& force, double delay, double hz, double zeta, double gain, double noise) {
   constexpr int kFine = 200;
-  const double dt = kH / kFine, w = 2 * std::numbers::pi * hz;
+  const double dt = kDelayStep / kFine, w = 2 * std::numbers::pi * hz;
   const long late = std::lround(delay / dt);
   std::mt19937_64 random(3);
   Eigen::VectorXd out(force.size());
@@ -43,9 +43,9 @@ TEST(LoopDelayProperty, FoundToATenthOfAPeriodUnderTheNoiseOfALaser) {
                         Case{1.05e-3, 5, 0.3, 2}}) {
     SCOPED_TRACE(c.delay);
     const Eigen::VectorXd force = telegraph(0.2, 2000, 4);
-    const LoopDelay d = loop_delay(force, respond(force, c.delay, c.hz, c.zeta, c.gain, 0.7e-6), kH);
-    EXPECT_NEAR(d.delay, c.delay, 0.1 * kH);
-    EXPECT_LT(std::abs(d.delay - c.delay), 5 * d.deviation + 0.02 * kH);
+    const LoopDelay d = loop_delay(force, respond(force, c.delay, c.hz, c.zeta, c.gain, 0.7e-6), kDelayStep);
+    EXPECT_NEAR(d.delay, c.delay, 0.1 * kDelayStep);
+    EXPECT_LT(std::abs(d.delay - c.delay), 5 * d.deviation + 0.02 * kDelayStep);
     EXPECT_NEAR(d.gain, c.gain, 0.03 * std::abs(c.gain));
     EXPECT_NEAR(d.frequency, c.hz, 0.05 * c.hz);
     EXPECT_GT(d.explained, 0.9);
@@ -54,12 +54,13 @@ TEST(LoopDelayProperty, FoundToATenthOfAPeriodUnderTheNoiseOfALaser) {
 
 TEST(LoopDelayProperty, ExactWithoutNoise) {
   const Eigen::VectorXd force = telegraph(1, 1500, 9);
-  EXPECT_NEAR(loop_delay(force, respond(force, 3.3e-3, 12, 0.01, 0.667, 0), kH).delay, 3.3e-3, 0.01 * kH);
+  EXPECT_NEAR(loop_delay(force, respond(force, 3.3e-3, 12, 0.01, 0.667, 0), kDelayStep).delay, 3.3e-3,
+              0.01 * kDelayStep);
 }
 
 TEST(LoopDelay, WithoutAnActuatorNothingIsExplained) {
   const Eigen::VectorXd force = telegraph(0.2, 2000, 4);
-  EXPECT_LT(loop_delay(force, respond(force, 1e-3, 12, 0.01, 0, 0.7e-6), kH).explained, 0.3);
+  EXPECT_LT(loop_delay(force, respond(force, 1e-3, 12, 0.01, 0, 0.7e-6), kDelayStep).explained, 0.3);
 }
 
 TEST(LoopDelay, TheTelegraphHasOneAmplitudeAndTwoSigns) {
@@ -72,8 +73,8 @@ TEST(LoopDelay, TheTelegraphHasOneAmplitudeAndTwoSigns) {
 }
 
 TEST(LoopDelay, ShortOrUnequalRecordsAreRefused) {
-  EXPECT_THROW((void)loop_delay(Eigen::VectorXd::Ones(300), Eigen::VectorXd::Ones(300), kH), Error);
-  EXPECT_THROW((void)loop_delay(Eigen::VectorXd::Ones(500), Eigen::VectorXd::Ones(501), kH), Error);
+  EXPECT_THROW((void)loop_delay(Eigen::VectorXd::Ones(300), Eigen::VectorXd::Ones(300), kDelayStep), Error);
+  EXPECT_THROW((void)loop_delay(Eigen::VectorXd::Ones(500), Eigen::VectorXd::Ones(501), kDelayStep), Error);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 namespace whirl::rt {
 namespace {
 
-constexpr double kH = 1e-3;
+constexpr double kReleaseStep = 1e-3;
 
 struct TurningRig {
   double omega = 75, omega_dot = 0, beta = 0;
@@ -28,8 +28,8 @@ struct TurningRig {
   }
   void write(const Command& u) noexcept { written = u; }
   void advance() noexcept {
-    beta += (omega + 0.5 * omega_dot * kH) * kH;
-    omega += omega_dot * kH;
+    beta += (omega + 0.5 * omega_dot * kReleaseStep) * kReleaseStep;
+    omega += omega_dot * kReleaseStep;
   }
   void arm(bool on) noexcept { armed = on; }
   Fault fault() const noexcept { return reason; }
@@ -48,8 +48,8 @@ struct HoldingLaw {
 struct ReleaseRealtime : ::testing::Test {
   TurningRig rig;
   HoldingLaw law;
-  SimulatedClock clock{kH};
-  LoopOptions options{.sample_time = kH, .release = 1000};
+  SimulatedClock clock{kReleaseStep};
+  LoopOptions options{.sample_time = kReleaseStep, .release = 1000};
   SafetyLimits limits{.displacement = 1e-3, .stale = 5};
 };
 
@@ -67,7 +67,7 @@ TEST_F(ReleaseRealtime, TheTurningPartFadesByTheAngleAlone) {
     ASSERT_TRUE(r.releasing) << k;
     ASSERT_TRUE(rig.armed);
     // What the fit leaves of the other frequency is small.
-    const double g = (1 - 1e-3 * k) * std::min(1.0, std::pow((rig.omega + 10 * kH) / omega0, 2));
+    const double g = (1 - 1e-3 * k) * std::min(1.0, std::pow((rig.omega + 10 * kReleaseStep) / omega0, 2));
     const double beta = rig.shown;
     ASSERT_NEAR(rig.written.ux, g * (3 * std::cos(beta) + 4 * std::sin(beta)), 0.15) << k;
     ASSERT_NEAR(rig.written.uy, g * 2 * std::cos(beta - 1), 0.01) << k;

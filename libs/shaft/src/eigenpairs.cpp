@@ -17,10 +17,10 @@ using Complex = std::complex<double>;
 
 namespace {
 
-constexpr Index kBlock = 4;           // more than the multiplicity of an eigenvalue
-constexpr double kResidual = 1e-9;    // of an eigenpair of the inverse, relative
-constexpr double kOverdamped = 1e-6;  // |Im| / |pole| below which a pole does not oscillate
-constexpr double kLost = 1e-10;       // a new direction of the basis that is shorter than this is rounding
+constexpr Index kBlock = 4;                // more than the multiplicity of an eigenvalue
+constexpr double kInverseResidual = 1e-9;  // of an eigenpair of the inverse, relative
+constexpr double kOverdamped = 1e-6;       // |Im| / |pole| below which a pole does not oscillate
+constexpr double kLost = 1e-10;            // a new direction of the basis that is shorter than this is rounding
 
 /// (s - A)^-1 of the first-order form y = (w0 q, q') at a real shift s, applied to columns:
 /// (s^2 M + s C + K) q = M r2 + (s M + C) r1, q' = s q - r1.
@@ -137,7 +137,7 @@ std::vector<Eigenpair> lowest_pairs(const Equations<Matrix>& e, int count) {
       pairs.push_back(std::move(pair));
     }
     const bool complete = pairs.size() == static_cast<std::size_t>(count);
-    if (whole || (complete && worst < kResidual)) {
+    if (whole || (complete && worst < kInverseResidual)) {
       if (!(worst < 1e-5)) throw Error("the modes of the rotor could not be found: its equations are singular");
       return pairs;
     }

@@ -12,7 +12,7 @@
 namespace whirl::signal {
 namespace {
 
-constexpr double kCircle = 2 * std::numbers::pi;
+constexpr double kWholeTurn = 2 * std::numbers::pi;
 
 struct TachoTally {
   int right = 0, refused = 0, wrong = 0;
@@ -21,7 +21,7 @@ struct TachoTally {
 /// Largest error of the speed in the middle eight tenths, as a share of the highest one.
 double speed_error(const testing::TachoRecord& seen, const AngleFit& fit) {
   const Eigen::Index n = seen.volts.size(), first = n / 10, count = n - 2 * first;
-  const Eigen::VectorXd speed = fit.angle.omega(Eigen::seqN(2 * first, count, Eigen::Index{2})) / kCircle;
+  const Eigen::VectorXd speed = fit.angle.omega(Eigen::seqN(2 * first, count, Eigen::Index{2})) / kWholeTurn;
   const Eigen::VectorXd truth = seen.speed.segment(first, count);
   return std::sqrt((speed - truth).squaredNorm() / static_cast<double>(count)) / truth.maxCoeff();
 }
@@ -107,7 +107,7 @@ Recording vibrating(const testing::Wheel& wheel, unsigned seed, double rate = 20
   Recording record;
   record.dt = seen.dt;
   record.source = "made";
-  record.add("x", Quantity::displacement, 1e-4 * (kCircle * seen.turns.array()).cos().matrix());
+  record.add("x", Quantity::displacement, 1e-4 * (kWholeTurn * seen.turns.array()).cos().matrix());
   record.add("tacho", Quantity::voltage, seen.volts);
   record.add("turns", Quantity::dimensionless, seen.turns);
   return record;
@@ -132,7 +132,7 @@ TEST(Tacho, EvenPulsesAgainstTheVibrationAskForTheirNumber) {
     EXPECT_NE(refused.find("about 1/" + std::to_string(places)), std::string::npos) << places << refused;
     std::vector<std::string> said;
     const AngleFit fit = angle_of_tacho(record, "", {places, -1, Edge::automatic}, said);
-    EXPECT_NEAR(fit.angle.omega[record.size()] / kCircle, 22.5, 0.01);
+    EXPECT_NEAR(fit.angle.omega[record.size()] / kWholeTurn, 22.5, 0.01);
   }
   const Recording one = vibrating(testing::wheel_of("one", {0.2}, 0.05, 1), 9);
   EXPECT_EQ(refusal_of(one, {}), "");
@@ -154,7 +154,7 @@ TEST(Tacho, TheAngleOfANotchCountsFromItsLeadingEdge) {
     std::vector<std::string> said;
     const AngleFit fit = angle_of_tacho(record, "", tacho, said);
     const Eigen::Index i = record.size() / 2;
-    return 360 * std::remainder(fit.angle.beta[2 * i] / kCircle - (record["turns"][i] - 0.2), 1.0);
+    return 360 * std::remainder(fit.angle.beta[2 * i] / kWholeTurn - (record["turns"][i] - 0.2), 1.0);
   };
   EXPECT_NEAR(off({}), 0, 0.3);
   EXPECT_NEAR(off({0, -1, Edge::rising}), -10.8, 0.3);
@@ -168,7 +168,7 @@ TEST(Tacho, TheZeroOfAWheelFollowsItsLongestGap) {
   EXPECT_EQ(fit.pattern.places, 36);
   EXPECT_EQ(fit.pattern.missing(), 1);
   const Eigen::Index i = record.size() / 2;
-  EXPECT_NEAR(360 * std::remainder(fit.angle.beta[2 * i] / kCircle - (record["turns"][i] - 0.1 / 36), 1.0), 0, 0.3);
+  EXPECT_NEAR(360 * std::remainder(fit.angle.beta[2 * i] / kWholeTurn - (record["turns"][i] - 0.1 / 36), 1.0), 0, 0.3);
   EXPECT_NE(refusal_of(record, {60, 2, Edge::automatic}).find("36 places"), std::string::npos);
   EXPECT_NE(refusal_of(record, {36, 2, Edge::automatic}).find("2 places"), std::string::npos);
 }

@@ -85,12 +85,12 @@ bool blow_dies(const ControllerDesign& design, rig::RigParameters p, double omeg
   return late < 0.8 * early || late < 1e-12;
 }
 
-struct Found {
+struct FoundLimit {
   double gain = 0;
   int delay = 0;
 };
-Found by_simulation(const ControllerDesign& d, const rig::RigParameters& p, double omega) {
-  Found out;
+FoundLimit by_simulation(const ControllerDesign& d, const rig::RigParameters& p, double omega) {
+  FoundLimit out;
   double low = 1, high = 1;
   while (high < 12 && blow_dies(d, p, omega, high * 1.5, 0)) high *= 1.5;
   low = high, high *= 1.5;
@@ -116,7 +116,7 @@ void compare(const std::string& law, const std::string& estimator, std::uint64_t
   const std::string what = law + ":" + estimator + " machine " + std::to_string(seed);
   EXPECT_EQ(m.stable, stable) << what;
   if (!m.stable || !stable) return;
-  const Found found = by_simulation(d, p, omega);
+  const FoundLimit found = by_simulation(d, p, omega);
   std::printf("%-24s %llu: gain %.2f (%.2f), delay %.2f (%d), |S| %.2f at %.0f Hz\n", (law + ":" + estimator).c_str(),
               static_cast<unsigned long long>(seed), m.gain_up, found.gain, m.delay / d.sample_time, found.delay,
               m.peak_sensitivity, m.peak_frequency);

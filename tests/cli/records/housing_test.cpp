@@ -18,7 +18,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 constexpr double kCircle = 2 * std::numbers::pi;
-constexpr double kGravity = 9.80665;
+constexpr double kStandardGravity = 9.80665;
 
 /// `vibration` of `whirl info --json` for one channel.
 io::Json vibration_of(const std::string& text, const std::string& channel) {
@@ -53,7 +53,7 @@ TEST(HousingE2e, LevelAndOrderOfEverySensorAreTheTruth) {
     EXPECT_NEAR(1e3 * number(acc, "housing", "below_rms") / machine.drift, 1, 0.05) << seed;
     EXPECT_EQ(probe.find("housing"), nullptr);
     EXPECT_NEAR(io::JsonReader(probe, "").at("mean").number() * 1e6, machine.gap_um, 1) << seed;
-    EXPECT_NEAR(io::JsonReader(acc, "").at("mean").number() / kGravity, 1, 0.01) << seed;
+    EXPECT_NEAR(io::JsonReader(acc, "").at("mean").number() / kStandardGravity, 1, 0.01) << seed;
     if (machine.teeth == 0) {
       EXPECT_EQ(acc.find("synchronous"), nullptr);
       continue;

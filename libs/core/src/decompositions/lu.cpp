@@ -4,6 +4,8 @@ namespace Eigen {
 
 template void PartialPivLU<MatrixXd>::compute();
 template void PartialPivLU<MatrixXcd>::compute();
+template PartialPivLU<MatrixXd>::PartialPivLU(const EigenBase<MatrixXd>&);
+template PartialPivLU<MatrixXcd>::PartialPivLU(const EigenBase<MatrixXcd>&);
 
 }  // namespace Eigen
 

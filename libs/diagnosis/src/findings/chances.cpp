@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 
 #include "findings/line_block.hpp"
+#include "whirl/core/distributions.hpp"
 
 namespace whirl::diagnosis::detail {
 namespace {
@@ -37,7 +37,7 @@ double fisher(const std::vector<double>& chances) {
   for (const double p : chances) sum -= std::log(std::max(p, kLeastChance));
   const auto n = static_cast<double>(chances.size());
   // Far out the tail is below what a double holds.
-  return sum > 650 ? kLeastChance : std::max(kLeastChance, boost::math::gamma_q(n, sum));
+  return sum > 650 ? kLeastChance : std::max(kLeastChance, chi_squared_tail(2 * n, 2 * sum));
 }
 
 Evidence evidence_of(const std::vector<double>& chances) {

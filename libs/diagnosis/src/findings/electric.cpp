@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kQuarter = 4;
 constexpr int kLineLobe = 4;                // steps: half the lobe of a Hann window
-constexpr double kEdge = 4.5;               // steps: the lobe of a Hann window from its top on
+constexpr double kHannLobe = 4.5;           // steps: the lobe of a Hann window from its top on
 constexpr double kFollowedBeat = 1.0 / 16;  // orders: the blocks of such an angle are 16 turns
 constexpr double kOffSupply = 0.025;        // of the frequency: grids of one generating set, two-pole motors with slip
 constexpr double kLeastStretch = 4;         // of 1 / duration, between two orders
@@ -23,7 +23,7 @@ constexpr double kPairReach = 0.47;                   // orders from 1X or 2X wi
 constexpr double kPairChance = 1e-6;                  // of its mirror
 constexpr double kPairShare = 0.5;                    // of its amplitude that the mirror has
 
-struct Search {
+struct SearchedLine {
   Line line;
   double chance = 1;
   std::vector<LineValue> values;
@@ -53,8 +53,8 @@ class Looks {
 };
 
 // `every`: of the blocks, for a first look.
-Search at_frequency(Looks& looks, double frequency, std::size_t every = 1) {
-  Search out{{0, frequency}, 1, {}};
+SearchedLine at_frequency(Looks& looks, double frequency, std::size_t every = 1) {
+  SearchedLine out{{0, frequency}, 1, {}};
   std::vector<double> chances;
   for (std::size_t k = 0; k < looks.blocks.size(); k += every) {
     const LineValue& value = looks.at(k, frequency);
@@ -66,21 +66,21 @@ Search at_frequency(Looks& looks, double frequency, std::size_t every = 1) {
   return out;
 }
 
-double total_power(const Search& s) {
+double total_power(const SearchedLine& s) {
   double sum = 0;
   for (const LineValue& v : s.values) sum += v.power;
   return sum;
 }
 
 // The frequency that all blocks show best, within a share of `nominal`.
-Search search(Looks& looks, double nominal, double tolerance, std::size_t every = 1) {
+SearchedLine search(Looks& looks, double nominal, double tolerance, std::size_t every = 1) {
   double longest = 0;
   for (const LineBlock& b : looks.blocks) longest = std::max(longest, b.duration());
   const double reach = tolerance * nominal, step = 0.5 / longest;
   const int half = static_cast<int>(std::floor(reach / step));
-  Search best;
+  SearchedLine best;
   for (int k = -half; k <= half; ++k) {
-    Search here = at_frequency(looks, nominal + k * step, every);
+    SearchedLine here = at_frequency(looks, nominal + k * step, every);
     if (here.values.empty()) continue;
     const bool better =
         here.chance < best.chance || (here.chance == best.chance && total_power(here) > total_power(best));
@@ -92,7 +92,7 @@ Search search(Looks& looks, double nominal, double tolerance, std::size_t every 
   for (const int side : {-1, 1}) {
     for (int k = 1; k <= kLineLobe; ++k) {
       const double frequency = best.line.frequency + side * step;
-      Search here = at_frequency(looks, frequency);
+      SearchedLine here = at_frequency(looks, frequency);
       const bool within = std::abs(frequency - nominal) < (half + 0.5) * step;
       if (!within || here.values.size() != best.values.size() || total_power(here) <= total_power(best)) break;
       here.chance = std::min(here.chance, best.chance);
@@ -103,14 +103,14 @@ Search search(Looks& looks, double nominal, double tolerance, std::size_t every 
   for (const int side : {-1, 1}) {
     for (const int beyond : {1, 2}) {
       const double frequency = nominal + side * (half + beyond) * step;
-      if (std::abs(frequency - best.line.frequency) < kEdge * step &&
+      if (std::abs(frequency - best.line.frequency) < kHannLobe * step &&
           total_power(at_frequency(looks, frequency)) > total_power(best))
         return {};
     }
   }
   for (double fine = 0.5 * step; fine > 0.02 * step; fine *= 0.5) {
     for (const double move : {-fine, fine}) {
-      Search here = at_frequency(looks, best.line.frequency + move);
+      SearchedLine here = at_frequency(looks, best.line.frequency + move);
       if (here.values.size() == best.values.size() && total_power(here) > total_power(best)) {
         here.chance = std::min(here.chance, best.chance);
         best = std::move(here);
@@ -122,7 +122,7 @@ Search search(Looks& looks, double nominal, double tolerance, std::size_t every 
 }
 
 // The line and its mirror about 1X or 2X are a pair of sidebands, which may lie where the supply is.
-bool is_sideband(const std::vector<LineBlock>& blocks, const Search& s, const std::vector<double>& mains) {
+bool is_sideband(const std::vector<LineBlock>& blocks, const SearchedLine& s, const std::vector<double>& mains) {
   // Midway between the supply and twice it the mirror of one is the other.
   const auto supplied = [&](double frequency, double duration) {
     return std::ranges::any_of(mains, [&](double m) {
@@ -183,14 +183,14 @@ std::vector<Stretch> clear_of_orders(const ChannelStudy& s, const std::vector<Li
 }
 
 // The line within these stretches that the blocks show best.
-Search search_off_supply(const ChannelStudy& s, Looks& looks, double nominal) {
+SearchedLine search_off_supply(const ChannelStudy& s, Looks& looks, double nominal) {
   const std::vector<Stretch> stretches = clear_of_orders(s, looks.blocks, nominal);
-  Search best;
+  SearchedLine best;
   for (const Stretch& part : stretches) {
     const double middle = 0.5 * (part.low + part.high), share = 0.5 * (part.high - part.low) / middle;
     // Runs have many blocks and the range is wide: a first look at some of them.
     if (looks.blocks.size() >= kManyBlocks && search(looks, middle, share, kLook).chance > kSeenAtAll) continue;
-    Search here = search(looks, middle, share);
+    SearchedLine here = search(looks, middle, share);
     here.chance *= static_cast<double>(stretches.size());
     if (!here.values.empty() && (best.values.empty() || here.chance < best.chance)) best = std::move(here);
   }
@@ -200,7 +200,8 @@ Search search_off_supply(const ChannelStudy& s, Looks& looks, double nominal) {
 // Adds the line about `nominal` where it is one of the supply; whether it was added.
 bool find_line(ChannelStudy& s, Looks& looks, double nominal, int multiple, VibrationCode code,
                bool off_supply = false) {
-  const Search found = off_supply ? search_off_supply(s, looks, nominal) : search(looks, nominal, kMainsTolerance);
+  const SearchedLine found =
+      off_supply ? search_off_supply(s, looks, nominal) : search(looks, nominal, kMainsTolerance);
   if (found.values.empty()) return false;
   VibrationFinding f;
   f.code = code;

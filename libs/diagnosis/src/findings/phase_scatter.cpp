@@ -1,11 +1,11 @@
 // The 1X vector at steady speed, eight turns each: what wanders beyond the noise beside it.
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
 #include "findings/channel_study.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
+#include "whirl/core/distributions.hpp"
 
 namespace whirl::diagnosis::detail {
 namespace {
@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 constexpr Index kVectorTurns = 8;
 constexpr std::size_t kLeastVectors = 8;
-constexpr double kOneSpeed = 0.015;                  // to either side of the median speed
+constexpr double kSameSpeed = 0.015;                 // to either side of the median speed
 constexpr double kSignificant = 1e-3;                // chance: 1X has skirts
 constexpr double kNearLine = 0.25;                   // orders: a closer electric line beats with 1X over eight turns
 constexpr double kLeastScatter = 3 * kRadPerDegree;  // a mass 3 degrees off leaves 5 % of the unbalance
@@ -97,7 +97,7 @@ void find_phase_scatter(ChannelStudy& s) {
   const double middle = sorted.empty() ? 0 : sorted[sorted.size() / 2];
   std::vector<std::size_t> used;
   for (std::size_t k = 0; k < all.speed.size(); ++k)
-    if (std::abs(all.speed[k] / middle - 1) < kOneSpeed) used.push_back(k);
+    if (std::abs(all.speed[k] / middle - 1) < kSameSpeed) used.push_back(k);
   if (used.size() < kLeastVectors)
     return s.unjudged(VibrationCode::phase_scatter,
                       s.runs() ? UnjudgedReason::speed_changes : UnjudgedReason::too_few_turns);
@@ -127,11 +127,10 @@ void find_phase_scatter(ChannelStudy& s) {
   f.size = std::sqrt(std::max(0.0, across - 0.5 * noise) / size);
   // The lines beside 1X overlap by pairs: of four two are independent, two degrees of freedom each.
   const auto freedom = static_cast<double>(std::max<std::size_t>(2, all.lines)) * static_cast<double>(n);
-  const boost::math::fisher_f law(static_cast<double>(n - 2), freedom);
-  f.chance = boost::math::cdf(boost::math::complement(law, across / (0.5 * noise)));
+  f.chance = fisher_f_tail(static_cast<double>(n - 2), freedom, across / (0.5 * noise));
   if (f.chance < kSignificant) s.scatter = f.size;
-  f.low_speed = middle * (1 - kOneSpeed);
-  f.high_speed = middle * (1 + kOneSpeed);
+  f.low_speed = middle * (1 - kSameSpeed);
+  f.high_speed = middle * (1 + kSameSpeed);
   f.causes = {Cause::rub, Cause::looseness, Cause::thermal};
   if (f.size >= kLeastScatter) s.add(std::move(f));
 }

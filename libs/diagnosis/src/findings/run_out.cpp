@@ -1,10 +1,10 @@
 // Run-out: the 1X vector that is left towards standstill, where unbalance makes none.
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
 #include "findings/channel_study.hpp"
 #include "whirl/core/decompositions.hpp"
+#include "whirl/core/distributions.hpp"
 
 namespace whirl::diagnosis::detail {
 namespace {
@@ -71,8 +71,7 @@ void find_run_out(ChannelStudy& s) {
   f.size = std::abs(fit[0]);
   f.order = 1;
   f.speed = slowest;
-  const boost::math::fisher_f law(2, 2 * freedom);
-  f.chance = variance > 0 ? boost::math::cdf(boost::math::complement(law, f.size * f.size / variance)) : 0;
+  f.chance = variance > 0 ? fisher_f_tail(2, 2 * freedom, f.size * f.size / variance) : 0;
   f.low_speed = slowest;
   f.high_speed = fastest;
   f.causes = {Cause::run_out, Cause::bent_shaft};

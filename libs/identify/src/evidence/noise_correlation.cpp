@@ -1,10 +1,10 @@
 #include "evidence/noise_correlation.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 
 #include "rules/rules.hpp"
+#include "whirl/core/distributions.hpp"
 
 namespace whirl::identification::detail {
 
@@ -31,11 +31,11 @@ std::map<std::string, double> noise_correlation(const Followed& followed, const 
 bool only_noise_left(const Followed& followed) {
   const Eigen::MatrixXd& r = followed.autocorrelation;
   if (r.rows() == 0) return false;
-  const boost::math::chi_squared white(static_cast<double>(r.cols()));
+  const auto freedom = static_cast<double>(r.cols());
   for (Eigen::Index k = 0; k < r.rows(); ++k) {
     if (!(std::abs(2 * std::log(followed.output_rmse[k])) < rules::kNoiseKnown)) return false;
     const double q = followed.output_rows[k] * r.row(k).squaredNorm();
-    if (!(boost::math::cdf(boost::math::complement(white, q)) > rules::kWhiteLeft)) return false;
+    if (!(chi_squared_tail(freedom, q) > rules::kWhiteLeft)) return false;
   }
   return true;
 }

@@ -6,8 +6,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
-#include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -16,6 +14,7 @@
 #include "rules/rules.hpp"
 #include "trajectory/trajectory_runs.hpp"
 #include "weak/integral_rows.hpp"
+#include "whirl/core/distributions.hpp"
 #include "whirl/core/least_squares.hpp"
 
 namespace whirl::identification::detail {
@@ -156,11 +155,6 @@ Eigen::MatrixXd whitened(std::vector<Part>& parts) {
   return l;
 }
 
-/// Chance of a chi-square above this.
-double above(double chi_square, double freedom) {
-  return boost::math::cdf(boost::math::complement(boost::math::chi_squared(freedom), chi_square));
-}
-
 /// How parts of the records differ.
 struct Difference {
   double chance = 1;  ///< of as much where they are the same
@@ -184,9 +178,8 @@ Difference clearest(const std::vector<Part>& runs) {
     const double ratio = between.value / freedom / scatter;
     if (!std::isfinite(ratio)) continue;
     const double chance =
-        inside < kLeastRuns ? above(ratio * freedom, freedom)
-                            : boost::math::cdf(boost::math::complement(boost::math::fisher_f(freedom, inside), ratio));
-    if (inside >= kLeastRuns && above(scatter * inside, inside) < rules::kNotWhite)
+        inside < kLeastRuns ? chi_squared_tail(freedom, ratio * freedom) : fisher_f_tail(freedom, inside, ratio);
+    if (inside >= kLeastRuns && chi_squared_tail(inside, scatter * inside) < rules::kNotWhite)
       most.noise = std::max(most.noise, scatter);
     if (chance < most.chance) most = {chance, parts, most.noise};
   }

@@ -15,7 +15,7 @@ namespace whirl::identification::detail {
 namespace {
 
 /// Readings between which an axis was cut off.
-struct Limits {
+struct CutOff {
   double low = -INFINITY, high = INFINITY;
   bool any() const { return std::isfinite(low) || std::isfinite(high); }
 };
@@ -24,7 +24,7 @@ struct Limits {
 /// Returns the mask without the samples whose curve passes the limits: near a limit only readings whose noise points
 /// away from it survive, which would pull the fit.
 Eigen::ArrayXd bridge(const Eigen::VectorXd& beta, const Eigen::ArrayXd& used, Eigen::Index per_turn,
-                      const Limits& limits, Eigen::VectorXd& v) {
+                      const CutOff& limits, Eigen::VectorXd& v) {
   const Eigen::Index n = v.size();
   Eigen::ArrayXd inside = used;
   const Eigen::VectorXd given = v;
@@ -249,7 +249,7 @@ void take_findings(const records::RecordReport& report, const RotorRecordOptions
   const auto per_turn = static_cast<Eigen::Index>(std::min(1e6, kTwoPi / (speed * r.dt)));
   const auto fill = [&](const std::string& channel, Eigen::ArrayXd& used, std::optional<Clipped>& clipped,
                         Eigen::VectorXd v) {
-    Limits limits;
+    CutOff limits;
     Clipped cut{.readings = v, .sound = used};
     const double margin = 3 * sixth_difference_sd(v, used), middle = v.dot(used.matrix()) / std::max(1.0, used.sum());
     for (const records::Finding& f : report.findings) {

@@ -15,14 +15,14 @@
 namespace whirl::identification {
 namespace {
 
-double spread(const Eigen::VectorXd& v) { return std::sqrt((v.array() - v.mean()).square().mean()); }
+double standard_deviation(const Eigen::VectorXd& v) { return std::sqrt((v.array() - v.mean()).square().mean()); }
 
 void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
   Summary& s = r.summary;
   if (r.size() < 1000) s.fail(fmt::format("the record has {} samples; at least 1000 are needed", r.size()));
   if (r.turns() < 5)
     s.fail(fmt::format("the rotor turns {:.2g} times in the record; at least 5 turns are needed", r.turns()));
-  const double sx = spread(x), sy = spread(y);
+  const double sx = standard_deviation(x), sy = standard_deviation(y);
   for (const auto& [name, sd, noise, axis] :
        {std::tuple("x", sx, r.noise_x, Axes::x), std::tuple("y", sy, r.noise_y, Axes::y)}) {
     if (r.one_axis() && r.axes != axis) continue;

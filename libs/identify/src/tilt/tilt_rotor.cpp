@@ -54,7 +54,7 @@ TrajectoryFit fit_whole(const TrajectoryModel& model, const Recording& record, s
 Recording thinned(const RotorRecord& record, double step, double top) {
   return run_record(record, std::max<Eigen::Index>(1, static_cast<Eigen::Index>(step / (top * record.dt))));
 }
-constexpr double kStep = 0.8, kFine = 0.35;
+constexpr double kStep = 0.8, kFineTilt = 0.35;
 
 TrajectoryOptions options_of(const RotorRecord& record) {
   TrajectoryOptions options;
@@ -76,7 +76,7 @@ TrajectoryFit fit_from(const RotorRecord& record, const Values& values, double t
   begun.tolerance = 1e-5;
   TrajectoryOptions from_afar = begun;
   from_afar.damping = kFromAfar;
-  const Recording coarse = thinned(record, kStep, top), fine = thinned(record, kFine, top);
+  const Recording coarse = thinned(record, kStep, top), fine = thinned(record, kFineTilt, top);
   const auto ends_above = [&](const TrajectoryFit& fit) { return fit.converged && fit.rmse > kAlike * limits.target; };
   TrajectoryModel model = trajectory_at(values);
   TrajectoryFit fit;
@@ -278,7 +278,7 @@ std::optional<IdentifiedModel> fit_tilt_rotor(const RotorRecord& record, const R
 std::optional<IdentifiedModel> fit_tilt_rotor(const RotorRecord& record, const IdentifiedModel& like) {
   const TrajectoryModel model = trajectory_at(values_of(like));
   const double top = std::max(record.speed_high(), number(like, "second_frequency"));
-  const Recording fine = thinned(record, kFine, top);
+  const Recording fine = thinned(record, kFineTilt, top);
   const TrajectoryFit fit = fit_whole(model, fine, cut(model, fine, fine.size()), options_of(record), INFINITY);
   if (fit.diverged || !std::isfinite(fit.rmse) || !fit.covariance.allFinite()) return std::nullopt;
   return model_of(fit, record);

@@ -2,18 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 
+#include "whirl/core/distributions.hpp"
 #include "whirl/identify/identify_rotor.hpp"
 
 // What each threshold says of itself.
 namespace whirl::identification::rules {
 namespace {
 
-double above(double chi_square, double freedom) {
-  return boost::math::cdf(boost::math::complement(boost::math::chi_squared(freedom), chi_square));
-}
+double above(double chi_square, double freedom) { return chi_squared_tail(freedom, chi_square); }
 
 TEST(Rules, EachStatesWhatItComparesAndWhereItComesFrom) {
   for (const Rule* rule : kAll) {

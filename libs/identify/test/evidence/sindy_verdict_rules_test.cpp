@@ -57,7 +57,7 @@ std::string all_warnings(const IdentifiedModel& model) {
 }
 
 /// Of free runs whose residuals are so large, in units of the noise.
-struct Judged {
+struct JudgedSindy {
   std::vector<Recording> records = {oscillation(2, 20, 1e-3)};
   OutputWeights weights{Eigen::Vector2d(0.1, 0.2), true, {}};
   Followed followed;
@@ -72,8 +72,8 @@ struct Judged {
     return all_warnings(model);
   }
 };
-Judged following(double x, double v) {
-  Judged j;
+JudgedSindy following(double x, double v) {
+  JudgedSindy j;
   j.followed.horizon = 5;
   j.followed.output_rmse = Eigen::Vector2d(x, v);
   return j;
@@ -116,7 +116,7 @@ TEST(SystemVerdictRules, CorrelatedNoiseIsWeighedByItsInnovation) {
 TEST(SystemVerdictRules, WhatFreeRunsLeaveIsComparedWithTheMotion) {
   // Residuals of 3 and 2 times the noise of 0.1 and 0.2 on two oscillations: what is beyond the noise, over the
   // deviation of each state from its mean, mean of both states.
-  Judged j = following(3, 2);
+  JudgedSindy j = following(3, 2);
   j.records = {oscillation(2, 20, 0, 1), oscillation(4, 10, 0, 2)};
   const double motion = (2000 * 2.0 * 2 / 2 + 1000 * 4.0 * 4 / 2) / 3000;
   const auto left = [&](double correlation) {
@@ -143,7 +143,7 @@ TEST(SystemVerdictRules, WhatFreeRunsLeaveIsComparedWithTheMotion) {
 }
 
 TEST(SystemVerdictRules, TheWorseOfTheFitAndItsWorstStateIsTheChiSquare) {
-  Judged j = following(1, 1);
+  JudgedSindy j = following(1, 1);
   EXPECT_EQ(j.run(), "");
   EXPECT_EQ(j.model.summary.status, Status::ok);
   j.weights.sd *= 0.01;
@@ -156,7 +156,7 @@ TEST(SystemVerdictRules, TheWorseOfTheFitAndItsWorstStateIsTheChiSquare) {
 }
 
 TEST(SystemVerdictRules, RunsThatAreShortAreNoModel) {
-  Judged j = following(1, 1);
+  JudgedSindy j = following(1, 1);
   j.followed.horizon = 0;
   EXPECT_THAT(j.run(), HasSubstr("diverge at once"));
   EXPECT_THAT(all_warnings(j.model), HasSubstr("least explained is v' (7 % left)"));
@@ -167,7 +167,7 @@ TEST(SystemVerdictRules, RunsThatAreShortAreNoModel) {
 }
 
 TEST(SystemVerdictRules, CandidatesThatEndAtSquaresAreSaid) {
-  Judged j = following(1, 1);
+  JudgedSindy j = following(1, 1);
   j.followed.horizon = 0;
   EXPECT_THAT(j.run(), Not(HasSubstr("no term of degree 3")));
   EXPECT_THAT(j.run({"x", "v", "x^2"}), HasSubstr("no term of degree 3"));
@@ -178,7 +178,7 @@ TEST(SystemVerdictRules, CandidatesThatEndAtSquaresAreSaid) {
 TEST(SystemVerdictRules, WithoutNoiseTheErrorOfTheStepsIsTheLimit) {
   for (const bool input : {false, true}) {
     for (const double times : {0.9, 1.1}) {
-      Judged j = following(1, 1);
+      JudgedSindy j = following(1, 1);
       j.weights.noisy = false;
       const double limit = input ? 3e-4 : 3e-5, motion = 2;  // 2^2 / 2
       // Both states leave `times` of the limit: rmse^2 - 1 = 1 with such a weight.
@@ -198,7 +198,7 @@ TEST(SystemVerdictRules, WithoutNoiseTheErrorOfTheStepsIsTheLimit) {
 TEST(SystemVerdictRules, ShortRecordsAreSaid) {
   int said = 0, silent = 0;
   for (const double seconds : {0.4, 0.6, 0.8, 0.9, 1.0, 1.2, 1.4}) {
-    Judged j = following(1, 1);
+    JudgedSindy j = following(1, 1);
     j.followed.horizon = 0.35;
     j.records = {oscillation(2, seconds, 1e-3), oscillation(2, 0.3, 1e-3)};
     const double turns = data_of(j.records).rate() * seconds;
@@ -221,7 +221,7 @@ TEST(SystemVerdictRules, TermsThatTheRecordsCannotTellApartAreNamedOnceAnEquatio
     return t;
   };
   other.terms = {term("x", -39.5), term("1", -2), term("v", 0.25)};
-  Judged j = following(1, 1);
+  JudgedSindy j = following(1, 1);
   j.followed.rivals = {{other, 1.44}};
   const std::string one = j.run();
   EXPECT_THAT(one, HasSubstr("v' = -39.5 x - 2 + 0.25 v explains them as well (chi-square 1.44, this model 1);"));
@@ -240,7 +240,7 @@ TEST(SystemVerdictRules, TermsThatTheRecordsCannotTellApartAreNamedOnceAnEquatio
 }
 
 TEST(SystemVerdictRules, TheRangeOfEveryStateOverAllRecordsIsTrusted) {
-  Judged j = following(1, 1);
+  JudgedSindy j = following(1, 1);
   j.records = {oscillation(2, 10, 0), oscillation(5, 20, 0)};
   j.run();
   EXPECT_THAT(j.model.summary.trust, HasSubstr("Trust free runs of up to 5 s"));

@@ -1,9 +1,9 @@
 #include "pooled_estimate.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+
+#include "whirl/core/distributions.hpp"
 
 namespace whirl::modal {
 namespace {
@@ -28,8 +28,7 @@ Weighted weigh(const std::vector<Estimate>& seen, double between2) {
 }  // namespace
 
 double chance_of(double squares, double freedom, int blocks) {
-  return boost::math::cdf(
-      boost::math::complement(boost::math::fisher_f(freedom, std::max(1, blocks - 1)), squares / freedom));
+  return fisher_f_tail(freedom, std::max(1, blocks - 1), squares / freedom);
 }
 
 PooledEstimate pool(const std::vector<Estimate>& seen, int blocks, double between) {
@@ -48,9 +47,8 @@ PooledEstimate pool(const std::vector<Estimate>& seen, int blocks, double betwee
   result.probability = chance_of(fixed.squares, freedom, blocks);
   const Weighted w = weigh(seen, between2);
   const double sd = std::sqrt(std::max(1.0, w.squares / freedom) / w.weight);
-  const double t = result.probability < 0.01 || between > 0
-                       ? boost::math::quantile(boost::math::students_t(freedom), 0.975)
-                       : boost::math::quantile(boost::math::students_t(freedom + blocks - 1.0), 0.975);
+  const double t = result.probability < 0.01 || between > 0 ? students_t_quantile(freedom, 0.975)
+                                                            : students_t_quantile(freedom + blocks - 1.0, 0.975);
   result.mean = {w.mean, sd, w.mean - t * sd, w.mean + t * sd};
   return result;
 }

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
+#include "whirl/core/distributions.hpp"
 #include "whirl/signal/fft.hpp"
 
 namespace whirl::modal {
@@ -113,8 +113,7 @@ double line_chance(const VectorXcd& own, const MatrixXcd& about) {
   const double square = own.dot(covariance.ldlt().solve(own)).real();
   if (!(square > 0)) return 0;  // too few lines to compare with (not a number), or nothing: no evidence
   const double n = std::max(d, kHannShare * members);
-  const boost::math::fisher_f ratio(2 * d, 2 * (n - d + 1));
-  return std::log(std::max(1e-300, cdf(complement(ratio, square / n * (n - d + 1) / d))));
+  return std::log(std::max(1e-300, fisher_f_tail(2 * d, 2 * (n - d + 1), square / n * (n - d + 1) / d)));
 }
 
 double order_chance(const RecordSpectra& spectra, const ShaftAngle& shaft, double order) {

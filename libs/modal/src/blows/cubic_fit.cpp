@@ -1,10 +1,10 @@
 #include "blows/cubic_fit.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 #include "whirl/core/decompositions.hpp"
+#include "whirl/core/distributions.hpp"
 
 namespace whirl::modal {
 namespace {
@@ -146,8 +146,7 @@ std::vector<Index> outliers_of(const VectorXd& x, const VectorXd& f, Index param
       if (t < least) least = t, mildest = k;
     }
     if (order.empty()) break;
-    const boost::math::students_t_distribution<double> student(std::max(1.0, freedom));
-    const double p = 2 * boost::math::cdf(boost::math::complement(student, std::min(least, 1e6)));
+    const double p = 2 * students_t_tail(std::max(1.0, freedom), std::min(least, 1e6));
     if (p * static_cast<double>(n) > chance) {
       chosen[static_cast<std::size_t>(order[mildest])] = true;
       order.erase(order.begin() + static_cast<std::ptrdiff_t>(mildest));

@@ -1,11 +1,11 @@
 #include "blows/lack_of_fit.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <numeric>
 
 #include "whirl/core/decompositions.hpp"
+#include "whirl/core/distributions.hpp"
 
 namespace whirl::modal {
 namespace {
@@ -61,8 +61,7 @@ LackOfFit lack_of_fit(const VectorXd& x, const VectorXd& plain, const VectorXd& 
     const double coefficient = own.dot(residual) / size;
     const double left = std::max(residual.squaredNorm() - coefficient * coefficient * size, 1e-300);
     const double t = std::abs(coefficient) * std::sqrt(size) / std::sqrt(left / freedom);
-    const double chance =
-        2 * boost::math::cdf(boost::math::complement(boost::math::students_t_distribution<double>(freedom), t));
+    const double chance = 2 * students_t_tail(freedom, t);
     if (chance >= least) continue;
     least = chance;
     found.law = name;

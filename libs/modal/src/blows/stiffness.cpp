@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -12,13 +10,12 @@
 #include "blows/cubic_fit.hpp"
 #include "blows/lack_of_fit.hpp"
 #include "whirl/core/decompositions.hpp"
+#include "whirl/core/distributions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/magnitude.hpp"
 
 namespace whirl::modal {
 namespace {
-
-using StudentsT = boost::math::students_t_distribution<double>;
 
 Estimate with_interval(double value, double sd, double t) { return {value, sd, value - t * sd, value + t * sd}; }
 
@@ -173,8 +170,8 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
   const double variance = freedom > 0 ? fit.cost / freedom : 0;
   const Eigen::MatrixXd information = jacobian.transpose() * jacobian;
   const Eigen::MatrixXd covariance = variance * inverse(information);
-  const StudentsT student(std::max(freedom, 1.0));
-  const double t = boost::math::quantile(student, 0.5 + options.confidence / 2);
+  const double least = std::max(freedom, 1.0);
+  const double t = students_t_quantile(least, 0.5 + options.confidence / 2);
   Eigen::VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
 
   const LackOfFit lack = lack_of_fit(x, fit.residual, fit.weight, jacobian, p[2]);
@@ -186,8 +183,7 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
   law.k2 = with_interval(p[1] * fs / std::pow(ds, 3), sd[1] * fs / std::pow(ds, 3), t);
   law.offset = options.fit_offset ? with_interval(p[2] * ds, sd[2] * ds, t) : Estimate{0, 0, 0, 0};
   const double sd_k2 = sd[1];
-  law.cubic_p_value = sd_k2 > 0 ? 2 * boost::math::cdf(boost::math::complement(student, std::abs(p[1]) / sd_k2))
-                                : (p[1] == 0 ? 1.0 : 0.0);
+  law.cubic_p_value = sd_k2 > 0 ? 2 * students_t_tail(least, std::abs(p[1]) / sd_k2) : (p[1] == 0 ? 1.0 : 0.0);
   law.hysteresis = branch_difference(deflection, fit.residual * fs);
 
   law.summary.residual = std::sqrt(fit.cost / static_cast<double>(n)) * fs;
@@ -255,8 +251,7 @@ AnisotropicStiffness fit_anisotropic_stiffness(const std::vector<DirectedStiffne
   result.amplitude = magnitude_estimate(amplitude, std::sqrt(direction.dot(block * direction)));
   const Eigen::VectorXd anisotropy = p.segment(1, columns - 1);
   const double statistic = anisotropy.dot(block.inverse() * anisotropy);
-  result.p_value = boost::math::cdf(boost::math::complement(
-      boost::math::chi_squared_distribution<double>(static_cast<double>(columns - 1)), statistic));
+  result.p_value = chi_squared_tail(static_cast<double>(columns - 1), statistic);
   result.summary.residual = (weight.cwiseProduct(basis * p - k)).norm() / std::sqrt(static_cast<double>(n));
   if (result.p_value < 0.05) {
     result.summary.warn(

@@ -107,7 +107,7 @@ std::vector<std::size_t> neighbours(const Refined& state, std::size_t parent) {
   return close;
 }
 
-std::size_t nearest(const Refined& state, Complex mode) {
+std::size_t nearest_mode(const Refined& state, Complex mode) {
   const auto closer = [&](Complex a, Complex b) { return std::abs(a - mode) < std::abs(b - mode); };
   const auto end = state.poles.begin() + static_cast<std::ptrdiff_t>(state.free());
   return static_cast<std::size_t>(std::min_element(state.poles.begin(), end, closer) - state.poles.begin());
@@ -139,14 +139,14 @@ std::vector<Tie> missing_terms(const Refined& state, std::size_t strong) {
 // Poles that change with the amplitude: terms are added one by one as long as the evidence holds them.
 void add_shift(const AmplitudeSearch& search, Refined& state, Complex mode) {
   for (int round = 0; round < 8; ++round) {
-    const std::size_t parent = nearest(state, mode);
+    const std::size_t parent = nearest_mode(state, mode);
     mode = state.poles[parent];
     double least = search.length(state);
     std::optional<Refined> best;
     const auto consider = [&](const Refined& from, double clear) {
       Refined next = search.refined(from);
       const double length = search.length(next) + clear;
-      if (length >= least || !in_proportion(next, nearest(next, mode))) return;
+      if (length >= least || !in_proportion(next, nearest_mode(next, mode))) return;
       least = length;
       best = std::move(next);
     };
@@ -182,7 +182,7 @@ void tie_harmonics(const AmplitudeSearch& search, Refined& state) {
     for (const double times : {2.0, 3.0}) {
       for (std::size_t k = state.free(); k-- > 0;) {
         if (k >= state.free()) continue;  // a refinement may have dropped several
-        const std::size_t mode = nearest(state, parent);
+        const std::size_t mode = nearest_mode(state, parent);
         if (std::abs(state.poles[k] - times * parent) > -2 * times * parent.real() ||
             residues_of(state, k).norm() > 0.1 * residues_of(state, mode).norm())
           continue;
@@ -215,7 +215,7 @@ void drop_needless(const AmplitudeSearch& search, Refined& state) {
 Eigen::VectorXd truncation_of(const AmplitudeSearch& search, const Refined& state, const std::vector<Complex>& modes) {
   Eigen::VectorXd largest = Eigen::VectorXd::Zero(2 * static_cast<Index>(state.free()));
   for (const Complex mode : modes) {
-    const std::size_t k = nearest(state, mode);
+    const std::size_t k = nearest_mode(state, mode);
     for (const Tie& term : missing_terms(state, k)) {
       const Refined start = with(state, term);
       if (term.parent == k && term.decay == 3 && !search.gains(state, start)) continue;

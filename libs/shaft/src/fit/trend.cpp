@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 
+#include "whirl/core/distributions.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::shaft {
@@ -93,8 +93,7 @@ FitTrend fit_trend(const Rotor& rotor, const FitSetup& setup, const std::vector<
     trend.summary.fail("two runs or more show none of the unknowns");
     return trend;
   }
-  const boost::math::normal normal;
-  trend.limit = quantile(normal, 1 - kFalseAlarms / (2.0 * static_cast<double>(trend.rows.size())));
+  trend.limit = normal_quantile(1 - kFalseAlarms / (2.0 * static_cast<double>(trend.rows.size())));
   for (TrendRow& row : trend.rows) row.changed = row.deviations > trend.limit;
   return trend;
 }

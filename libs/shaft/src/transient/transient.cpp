@@ -19,8 +19,8 @@ using Complex = std::complex<double>;
 
 namespace {
 
-constexpr Complex kImaginary{0, 1};
-constexpr int kHalvings = 7;
+constexpr Complex kQuarterTurn{0, 1};
+constexpr int kStepHalvings = 7;
 
 /// With y' = A y + g and the stages Y = y0 + h a (A Y + g) of the Gauss method, a = T diag(m, m*) T^-1: each column of
 /// T^-1 Y follows from one system (s - A) W = s e y0 + g^, s = 1 / (h m), e = T^-1 1, g^ = T^-1 g, and
@@ -80,7 +80,7 @@ class Integrator {
       if constexpr (kReal)
         gravity_.tail(n) = down;
       else
-        gravity_ = kImaginary * down;
+        gravity_ = kQuarterTurn * down;
     }
     before_ = held_ = pending_ = VectorXd::Zero(o.control.start ? o.control.columns.cols() : 0);
     bandwidth_ = VectorXd::Zero(held_.size());
@@ -179,16 +179,16 @@ class Integrator {
       }
     };
     all.col(0) = both(system_.unbalance);
-    all.col(1) = both(kImaginary * system_.unbalance);
+    all.col(1) = both(kQuarterTurn * system_.unbalance);
     all.col(2) = both(system_.bow);
-    all.col(3) = both(kImaginary * system_.bow);
+    all.col(3) = both(kQuarterTurn * system_.bow);
     all.col(4) = gravity_;
     if (held_.size() == 0) return all;
     const Index n = system_.size();
     if constexpr (kReal)
       all.rightCols(held_.size()) = push.leftCols(held_.size());
     else
-      all.rightCols(held_.size()) = push.topRows(n) + kImaginary * push.bottomRows(n);
+      all.rightCols(held_.size()) = push.topRows(n) + kQuarterTurn * push.bottomRows(n);
     return all;
   }
   Vector force(double t) const {
@@ -248,10 +248,10 @@ class Integrator {
     const VectorXcd steady = synchronous_solution(system_, o.from);
     if constexpr (kReal) {
       q_ = steady.real();
-      v_ = (kImaginary * o.from * steady).real();
+      v_ = (kQuarterTurn * o.from * steady).real();
     } else {
       q_ = steady.head(n);
-      v_ = kImaginary * o.from * steady.head(n);
+      v_ = kQuarterTurn * o.from * steady.head(n);
     }
     if (o.weight && !system_.vertical) q_ += Eigen::PartialPivLU<Matrix>(equations(o.from).stiffness).solve(gravity_);
   }
@@ -372,7 +372,7 @@ RotorRun simulate_run(const System& s, const RunOptions& o) {
       }
     // Richardson, order 4: r^4 - 1 for steps r times as long.
     fine.step_error = size > 0 ? change / size / (every == 4 ? 255 : 15) : 0;
-    if (!(fine.step_error > o.tolerance) || k == kHalvings) return fine;
+    if (!(fine.step_error > o.tolerance) || k == kStepHalvings) return fine;
     coarse = std::move(fine);
   }
 }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/binomial.hpp>
 #include <cmath>
 #include <memory>
 
@@ -11,6 +10,7 @@
 #include "monte_carlo/monte_carlo_checkpoint.hpp"
 #include "monte_carlo/monte_carlo_draw.hpp"
 #include "runs/design_scenarios.hpp"
+#include "whirl/core/distributions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/parallel.hpp"
 
@@ -47,13 +47,12 @@ std::string to_string(CommonUnknown unknown) {
 }
 
 Proportion proportion(long count, long n) {
-  using Binomial = boost::math::binomial_distribution<double>;
   Proportion p{count, n};
   if (n <= 0) return p;
   const auto trials = static_cast<double>(n), successes = static_cast<double>(count);
   p.value = successes / trials;
-  p.low = count == 0 ? 0 : Binomial::find_lower_bound_on_p(trials, successes, 0.025);
-  p.high = count == n ? 1 : Binomial::find_upper_bound_on_p(trials, successes, 0.025);
+  p.low = count == 0 ? 0 : proportion_lower_bound(trials, successes, 0.025);
+  p.high = count == n ? 1 : proportion_upper_bound(trials, successes, 0.025);
   return p;
 }
 

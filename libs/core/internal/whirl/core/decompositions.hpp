@@ -17,12 +17,15 @@
   INSTANTIATE void Solver<Matrix>::_solve_impl<Matrix, Matrix>(const Matrix&, Matrix&) const; \
   INSTANTIATE void Solver<Matrix>::_solve_impl<Vector, Vector>(const Vector&, Vector&) const;
 #define WHIRL_CHOLESKY(INSTANTIATE, Solver, Matrix, Vector)                      \
+  INSTANTIATE Solver<Matrix>::Solver(const EigenBase<Matrix>&);                  \
   INSTANTIATE Solver<Matrix>& Solver<Matrix>::compute(const EigenBase<Matrix>&); \
   WHIRL_SOLUTION(INSTANTIATE, Solver, Matrix, Vector)
-#define WHIRL_QR(INSTANTIATE, Solver, Matrix, Vector) \
-  INSTANTIATE void Solver<Matrix>::computeInPlace();  \
+#define WHIRL_QR(INSTANTIATE, Solver, Matrix, Vector)           \
+  INSTANTIATE Solver<Matrix>::Solver(const EigenBase<Matrix>&); \
+  INSTANTIATE void Solver<Matrix>::computeInPlace();            \
   WHIRL_SOLUTION(INSTANTIATE, Solver, Matrix, Vector)
-#define WHIRL_EIGENSOLVER(INSTANTIATE, Solver, Matrix, Options) \
+#define WHIRL_EIGENSOLVER(INSTANTIATE, Solver, Matrix, Options)          \
+  INSTANTIATE Solver<Matrix>::Solver(const EigenBase<Matrix>&, Options); \
   INSTANTIATE Solver<Matrix>& Solver<Matrix>::compute(const EigenBase<Matrix>&, Options);
 // What decompositions of any argument end in, an expression's too: reflections applied in blocks to a matrix or a
 // vector, the tridiagonal form. The last argument is the type of their coefficients.
@@ -56,6 +59,7 @@ WHIRL_QR(extern template, HouseholderQR, MatrixXcd, VectorXcd)
 WHIRL_QR(extern template, ColPivHouseholderQR, MatrixXd, VectorXd)
 WHIRL_QR(extern template, ColPivHouseholderQR, MatrixXcd, VectorXcd)
 WHIRL_QR(extern template, CompleteOrthogonalDecomposition, MatrixXd, VectorXd)
+WHIRL_QR(extern template, CompleteOrthogonalDecomposition, MatrixXcd, VectorXcd)
 WHIRL_EIGENSOLVER(extern template, SelfAdjointEigenSolver, MatrixXd, int)
 WHIRL_EIGENSOLVER(extern template, SelfAdjointEigenSolver, MatrixXcd, int)
 WHIRL_EIGENSOLVER(extern template, ComplexEigenSolver, MatrixXcd, bool)
@@ -66,6 +70,8 @@ WHIRL_REFLECTIONS_REAL(extern template)
 WHIRL_REFLECTIONS_COMPLEX(extern template)
 extern template void PartialPivLU<MatrixXd>::compute();
 extern template void PartialPivLU<MatrixXcd>::compute();
+extern template PartialPivLU<MatrixXd>::PartialPivLU(const EigenBase<MatrixXd>&);
+extern template PartialPivLU<MatrixXcd>::PartialPivLU(const EigenBase<MatrixXcd>&);
 extern template JacobiSVD<MatrixXd>& JacobiSVD<MatrixXd>::compute(const MatrixXd&, unsigned);
 extern template JacobiSVD<MatrixXcd>& JacobiSVD<MatrixXcd>::compute(const MatrixXcd&, unsigned);
 extern template class internal::UpperBidiagonalization<MatrixXcd>;

@@ -44,11 +44,28 @@
 #define WHIRL_BLOCKING(INSTANTIATE, L, R)                                                                          \
   INSTANTIATE void internal::evaluateProductBlockingSizesHeuristic<L, R, 1, Index>(Index&, Index&, Index&, Index); \
   INSTANTIATE void internal::evaluateProductBlockingSizesHeuristic<L, R, 4, Index>(Index&, Index&, Index&, Index);
+// The loop over blocks, of matrices by columns or by rows.
+#define WHIRL_MATRIX_MATRIX(INSTANTIATE, L, OrderL, ConjugateL, R, OrderR, ConjugateR)                            \
+  INSTANTIATE struct internal::general_matrix_matrix_product<Index, L, OrderL, ConjugateL, R, OrderR, ConjugateR, \
+                                                             ColMajor, 1>;
+// What chooses between the loops for a product of plain matrices or of their transposes.
+#define WHIRL_PRODUCT(INSTANTIATE, T, L, R)                                                                  \
+  INSTANTIATE void internal::generic_product_impl<L, R, DenseShape, DenseShape, GemmProduct>::scaleAndAddTo( \
+      Matrix<T, Dynamic, Dynamic>&, const L&, const R&, const T&);
 
 #define WHIRL_PRODUCTS_REAL(INSTANTIATE)                                                                              \
   WHIRL_KERNEL(INSTANTIATE, double, double, false, false)                                                             \
   WHIRL_PACK(INSTANTIATE, double)                                                                                     \
   WHIRL_BLOCKING(INSTANTIATE, double, double)                                                                         \
+  WHIRL_MATRIX_MATRIX(INSTANTIATE, double, ColMajor, false, double, ColMajor, false)                                  \
+  WHIRL_MATRIX_MATRIX(INSTANTIATE, double, RowMajor, false, double, ColMajor, false)                                  \
+  WHIRL_MATRIX_MATRIX(INSTANTIATE, double, ColMajor, false, double, RowMajor, false)                                  \
+  WHIRL_MATRIX_MATRIX(INSTANTIATE, double, RowMajor, false, double, RowMajor, false)                                  \
+  WHIRL_PRODUCT(INSTANTIATE, double, MatrixXd, MatrixXd)                                                              \
+  WHIRL_PRODUCT(INSTANTIATE, double, Transpose<MatrixXd>, MatrixXd)                                                   \
+  WHIRL_PRODUCT(INSTANTIATE, double, Transpose<const MatrixXd>, MatrixXd)                                             \
+  WHIRL_PRODUCT(INSTANTIATE, double, MatrixXd, Transpose<MatrixXd>)                                                   \
+  WHIRL_PRODUCT(INSTANTIATE, double, MatrixXd, Transpose<const MatrixXd>)                                             \
   WHIRL_MATRIX_VECTOR(INSTANTIATE, double, ColMajor, false, double, RowMajor, false, 0)                               \
   WHIRL_MATRIX_VECTOR(INSTANTIATE, double, ColMajor, false, double, ColMajor, false, 0)                               \
   WHIRL_MATRIX_VECTOR(INSTANTIATE, double, RowMajor, false, double, ColMajor, false, 0)                               \
@@ -69,12 +86,20 @@
                                                                 RowMajor>;                                            \
   INSTANTIATE struct internal::selfadjoint_matrix_vector_product<double, Index, ColMajor, Lower, false, false>;
 
+#define WHIRL_ADJOINT \
+  CwiseUnaryOp<internal::scalar_conjugate_op<std::complex<double>>, const Transpose<const MatrixXcd>>
 #define WHIRL_PRODUCTS_COMPLEX(INSTANTIATE)                                                                           \
   WHIRL_KERNEL(INSTANTIATE, std::complex<double>, std::complex<double>, false, false)                                 \
   WHIRL_KERNEL(INSTANTIATE, std::complex<double>, std::complex<double>, true, false)                                  \
   WHIRL_KERNEL(INSTANTIATE, std::complex<double>, std::complex<double>, false, true)                                  \
   WHIRL_PACK(INSTANTIATE, std::complex<double>)                                                                       \
   WHIRL_BLOCKING(INSTANTIATE, std::complex<double>, std::complex<double>)                                             \
+  WHIRL_MATRIX_MATRIX(INSTANTIATE, std::complex<double>, ColMajor, false, std::complex<double>, ColMajor, false)      \
+  WHIRL_MATRIX_MATRIX(INSTANTIATE, std::complex<double>, RowMajor, true, std::complex<double>, ColMajor, false)       \
+  WHIRL_MATRIX_MATRIX(INSTANTIATE, std::complex<double>, RowMajor, false, std::complex<double>, ColMajor, false)      \
+  WHIRL_MATRIX_MATRIX(INSTANTIATE, std::complex<double>, ColMajor, false, std::complex<double>, RowMajor, true)       \
+  WHIRL_PRODUCT(INSTANTIATE, std::complex<double>, MatrixXcd, MatrixXcd)                                              \
+  WHIRL_PRODUCT(INSTANTIATE, std::complex<double>, WHIRL_ADJOINT, MatrixXcd)                                          \
   WHIRL_MATRIX_VECTOR(INSTANTIATE, std::complex<double>, ColMajor, false, std::complex<double>, RowMajor, false, 0)   \
   WHIRL_MATRIX_VECTOR(INSTANTIATE, std::complex<double>, ColMajor, false, std::complex<double>, RowMajor, true, 0)    \
   WHIRL_MATRIX_VECTOR(INSTANTIATE, std::complex<double>, ColMajor, false, std::complex<double>, ColMajor, false, 0)   \

@@ -12,7 +12,7 @@
 namespace whirl::io {
 namespace {
 
-constexpr std::size_t kHead = 64;  // bytes of a superblock that are looked at
+constexpr std::size_t kSuperblock = 64;  // bytes of a superblock that are looked at
 constexpr std::string_view kSignature("\x89HDF\r\n\x1a\n", 8);
 
 /// The end of the file as a superblock states it; 0 where it does not.
@@ -27,9 +27,9 @@ std::uint64_t stated_end(std::string_view superblock) {
 
 void refuse(std::string_view name, std::uint64_t size,
             const std::function<std::string(std::uint64_t, std::size_t)>& bytes) {
-  for (std::uint64_t at = 0; at + kHead <= size; at = at == 0 ? 512 : 2 * at) {
-    const std::string superblock = bytes(at, kHead);
-    if (superblock.size() < kHead) return;
+  for (std::uint64_t at = 0; at + kSuperblock <= size; at = at == 0 ? 512 : 2 * at) {
+    const std::string superblock = bytes(at, kSuperblock);
+    if (superblock.size() < kSuperblock) return;
     if (!superblock.starts_with(kSignature)) continue;
     const std::uint64_t stated = stated_end(superblock);
     if (stated > size && stated != ~std::uint64_t{0}) {

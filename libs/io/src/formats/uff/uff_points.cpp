@@ -9,7 +9,7 @@
 namespace whirl::io {
 namespace {
 
-constexpr std::size_t kWords = 10, kNameEnds[] = {40, 65};  // the last column of each name, from 0
+constexpr std::size_t kPointWords = 10, kNameEnds[] = {40, 65};  // the last column of each name, from 0
 
 // A name runs over its last column, or a number behind one is none.
 bool leaves_columns(std::string_view line) {
@@ -33,9 +33,9 @@ bool read_points_by_blanks(std::string_view line, UffFunction& f) {
     words.push_back(line.substr(at, end - at));
     at = line.find_first_not_of(' ', end);
   }
-  if (words.size() != kWords) return false;
-  std::array<long, kWords> number{};
-  for (std::size_t k = 0; k < kWords; ++k) {
+  if (words.size() != kPointWords) return false;
+  std::array<long, kPointWords> number{};
+  for (std::size_t k = 0; k < kPointWords; ++k) {
     if (k == 4 || k == 7) continue;
     const std::optional<long> value = signed_number_of<long>(words[k]);
     if (!value || *value < -99999999 || *value > 999999999) return false;

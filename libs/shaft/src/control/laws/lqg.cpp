@@ -12,8 +12,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-constexpr double kResidual = 1e-6;  // of a Riccati equation that counts as solved
-constexpr double kStillRate = 50;   // at which forces that do not change are learned, at most, 1/s
+constexpr double kRiccatiResidual = 1e-6;  // of a Riccati equation that counts as solved
+constexpr double kStillRate = 50;          // at which forces that do not change are learned, at most, 1/s
 
 /// What the observer estimates: the plant, and forces that do not change beside those of the magnets, which carry the
 /// rotor. `cancel`: minus them.
@@ -83,7 +83,7 @@ class LqgGains {
       MatrixXd weight = MatrixXd::Zero(p.a.rows(), p.a.rows());
       weight.topLeftCorner(n, n).setIdentity();
       const auto regulator = solve_riccati<MatrixXd>(p.a, p.b, weight, force);
-      if (!(regulator.residual < kResidual)) return {};
+      if (!(regulator.residual < kRiccatiResidual)) return {};
       MatrixXd gain = -observed_[k].cancel;
       gain.leftCols(p.a.rows()) += riccati_gain<MatrixXd>(p.a, p.b, force, regulator.solution);
       out.push_back(std::move(gain));
@@ -102,7 +102,7 @@ class LqgGains {
       const MatrixXd noise = std::pow(read / (rate * task_->sample_time), 2) * MatrixXd::Identity(q, q);
       const MatrixXd back = seen.a.transpose(), read_back = seen.c.transpose();
       const auto observer = solve_riccati<MatrixXd>(back, read_back, seen.disturbance, noise);
-      if (!(observer.residual < kResidual)) return {};
+      if (!(observer.residual < kRiccatiResidual)) return {};
       out.push_back(riccati_gain<MatrixXd>(back, read_back, noise, observer.solution).transpose());
     }
     return out;
