@@ -33,10 +33,10 @@ class SensitivityStep {
 
  private:
   static constexpr int kTogether = 2;  // registers
-  // Built for every processor, the type alone has the alignment of narrow registers, and the wide ones end the program.
-  struct alignas(sizeof(Register)) Lane {
+  struct Lane {
     Register v;
   };
+  static_assert(alignof(Lane) == sizeof(Register));
   struct Product {
     std::size_t column, entry;
   };

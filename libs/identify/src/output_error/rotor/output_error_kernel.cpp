@@ -45,7 +45,7 @@ inline void add_term(const RotorTerm& term, const TermForce& f, Local& l) {
 template <int Lanes>
 struct LaneArray {
   static constexpr int kParts = Lanes / kRegisterWidth;
-  std::array<Register, kParts> parts{};
+  Register parts[kParts] = {};
   void set(Eigen::Index lane, double value) {
     parts[static_cast<std::size_t>(lane / kRegisterWidth)][lane % kRegisterWidth] = value;
   }
@@ -179,8 +179,8 @@ struct Stepper {
         out.motion.a[i] = {r1.ax, r1.ay};
         x = &r1.sax, y = &r1.say;
       }
-      std::memcpy(&out.dx(i, 0), x->parts.data(), sizeof *x);
-      std::memcpy(&out.dy(i, 0), y->parts.data(), sizeof *y);
+      std::memcpy(&out.dx(i, 0), x->parts, sizeof *x);
+      std::memcpy(&out.dy(i, 0), y->parts, sizeof *y);
       if (i + 1 == n) break;
       for (int k = 0; k < grid.substeps; ++k) {
         const Eigen::Index half = 2 * (grid.substeps * i + k);
