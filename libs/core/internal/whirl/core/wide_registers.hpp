@@ -9,12 +9,12 @@ constexpr int kRegisterWidth = 8;
 #else
 constexpr int kRegisterWidth = 4;
 #endif
+constexpr int kRegisterBytes = kRegisterWidth * static_cast<int>(sizeof(double));
 /// Aligned to its size. Built for every processor, the type alone has the alignment of narrow registers, and the code
 /// for wide ones ends the program where memory has no more. An argument of a template loses the attribute: `Register
 /// parts[n]`, not std::array.
-using Register [[gnu::vector_size(kRegisterWidth * sizeof(double)), gnu::aligned(kRegisterWidth * sizeof(double))]] =
-    double;
-static_assert(alignof(Register) == sizeof(Register));
+using Register [[gnu::vector_size(kRegisterBytes), gnu::aligned(kRegisterBytes)]] = double;
+static_assert(alignof(Register) == kRegisterBytes);
 
 /// @fn whirl::on_wide_registers
 /// Calls `work()`, with all of it that is inline compiled for wide registers. Built for every x86-64 processor, a
