@@ -1,9 +1,12 @@
 # Units of compilation. Most of the time of a unit goes into headers and into templates that its neighbours instantiate
 # too. So headers of other projects are precompiled, and neighbouring sources are compiled as one unit of about
-# WHIRL_UNIT_BYTES: `-DWHIRL_UNITS=OFF` compiles each source alone. Names in anonymous namespaces are therefore unique
+# WHIRL_UNIT_SIZE: `-DWHIRL_UNITS=OFF` compiles each source alone. Names in anonymous namespaces are therefore unique
 # within a library.
 option(WHIRL_UNITS "Compile neighbouring sources together" ON)
-set(WHIRL_UNIT_BYTES 72000 CACHE STRING "Size at which a unit of several sources ends; half of it for tests, which share less")
+# Not in the cache: an older build folder would keep its value.
+if(NOT DEFINED WHIRL_UNIT_SIZE)
+  set(WHIRL_UNIT_SIZE 72000) # bytes of source; half of it for tests, which share less
+endif()
 
 # whirl_units(<out> <target> <sources>...)
 # Writes files that include the sources in their order, by paths below the source tree so that checkouts share cached
@@ -15,9 +18,9 @@ function(whirl_units out target)
   set(number 0)
   set(folder "")
   set(sources ${ARGN})
-  set(most ${WHIRL_UNIT_BYTES})
+  set(most ${WHIRL_UNIT_SIZE})
   if(target MATCHES "_test$")
-    math(EXPR most "${WHIRL_UNIT_BYTES} / 2")
+    math(EXPR most "${WHIRL_UNIT_SIZE} / 2")
   endif()
   if(NOT WHIRL_UNITS)
     set(${out} ${sources} PARENT_SCOPE)
