@@ -2,7 +2,8 @@
 #   make whirl       install dependencies, build the program alone
 #   make reproduce   install dependencies, build, run the whole study, print where the report is
 #   make check       build, run every test of less than 0.2 s; make check LIB=modal: one library, built and run alone
-#   make test        install dependencies, build, run the whole test suite
+#   make test        install dependencies, build, run the test suite; tests of a library that passed run again only when
+#                    what they depend on has changed; make test ALL=1: all of them
 #   make evidence    print the tables of docs/validation*.md anew, those whose program or inputs changed; TABLE=name: one of them
 #   make deb         build the Debian packages into build-deb/ (installs debhelper and mkdocs)
 #   make release     all that is published into release/: archive, packages, wheel, bill of materials, checksums
@@ -47,7 +48,7 @@ check: configure
 	@tools/check.py $(BUILD) $(if $(LIB),--lib $(LIB))
 
 test: deps-test build
-	@cd $(BUILD) && ctest --output-on-failure -j $$(( $(JOBS) + 1 )) # one test in ten waits more than it computes
+	@tools/suite.py $(BUILD) $$(( $(JOBS) + 1 )) $(if $(ALL),--all) # one test in ten waits more than it computes
 
 evidence: deps
 	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DWHIRL_NATIVE=ON -DWHIRL_TESTS=ON -DWHIRL_WERROR=ON -DWHIRL_BENCH=ON > /dev/null

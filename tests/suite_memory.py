@@ -1,0 +1,72 @@
+#!/usr/bin/env python3
+"""tools/suite.py on a tree of its own: what passed is not run again until something that it depends on changes.
+
+Usage: suite_memory.py SOURCE_DIR      prints what fails; exit code 1 when something does
+"""
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+CMAKE = """cmake_minimum_required(VERSION 3.25)
+project(tree NONE)
+enable_testing()
+set(WHIRL_DATA "${PROJECT_SOURCE_DIR}/data" CACHE PATH "")
+foreach(test one two fails)
+  add_test(NAME a.${test} COMMAND "${PROJECT_BINARY_DIR}/bin/whirl_a_test" ${test})
+endforeach()
+add_test(NAME b.one COMMAND "${PROJECT_BINARY_DIR}/bin/whirl_b_test" one)
+add_test(NAME command.line COMMAND "${PROJECT_BINARY_DIR}/bin/whirl_cli_test" one)
+"""
+PROGRAM = '#!/bin/sh\necho "$0 $1" >> "{log}"\n[ "$1" != fails ]\n'
+
+
+def main():
+    source = pathlib.Path(sys.argv[1])
+    wrong = []
+    with tempfile.TemporaryDirectory() as folder:
+        tree = pathlib.Path(folder)
+        log, build = tree / "log", tree / "build"
+        for name in ("tools", "libs/a/test", "libs/b/test", "testing", "data", "docs", "build/bin"):
+            (tree / name).mkdir(parents=True)
+        shutil.copy(source / "tools/suite.py", tree / "tools")
+        (tree / "CMakeLists.txt").write_text(CMAKE)
+        (tree / "docs/page.md").write_text("one")
+        (tree / "data/record.csv").write_text("1")
+        (tree / "libs/a/test/a_test.cpp").write_text('std::ifstream in(testing::source_dir() + "/docs/page.md");')
+        (tree / "libs/b/test/b_test.cpp").write_text('read_csv(testing::data_file("record.csv"));')
+        for name in ("a", "b", "cli"):
+            program = build / f"bin/whirl_{name}_test"
+            program.write_text(PROGRAM.format(log=log))
+            program.chmod(0o755)
+        subprocess.run(["cmake", "-S", tree, "-B", build], check=True, capture_output=True)
+
+        def expect(what, tests, *options):
+            log.write_text("")
+            done = subprocess.run([sys.executable, tree / "tools/suite.py", build, "1", *options], capture_output=True, text=True)
+            ran = sorted(line.split("/whirl_")[1].replace("_test ", ".") for line in log.read_text().splitlines())
+            if ran != sorted(tests):
+                wrong.append(f"{what}: ran {ran}, expected {sorted(tests)}\n{done.stdout}{done.stderr}")
+            if done.returncode == 0:
+                wrong.append(f"{what}: a test fails and the exit code is 0")
+
+        everything, again = ["a.one", "a.two", "a.fails", "b.one", "cli.one"], ["a.fails", "cli.one"]
+        expect("the first time", everything)
+        expect("nothing changed", again)
+        expect("all of them", everything, "--all")
+        expect("after all of them", again)
+        (tree / "docs/page.md").write_text("two")
+        expect("a document that a test reads", [*again, "a.one", "a.two"])
+        (tree / "data/record.csv").write_text("2")
+        expect("measured data", [*again, "b.one"])
+        with open(build / "bin/whirl_b_test", "a") as program:
+            program.write("# other bytes\n")
+        expect("a program", [*again, "b.one"])
+        expect("nothing changed since", again)
+    print("\n".join(wrong))
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""The whole suite, by ctest. A test of a library that passed is not run again while all that it depends on is the same.
+
+Usage: suite.py BUILD JOBS [--all]
+  --all    run every test, whatever passed before
+
+A test of a library depends on its program (bytes), on the files that it reads below the source tree and in the folder
+of measured data, and on the installed packages (compilers that exported code meets). What passed is kept in
+BUILD/passed.json. Tests of the command line, examples, documents and checks of the tree run each time.
+Exit code: ctest's.
+"""
+import argparse
+import hashlib
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+READS = re.compile(r'source_dir\(\)\)?(?:\s*[+/]\s*"/?([^"]+)")?')  # without a path behind it: any file of the tree
+
+
+def tests_of(build):
+    """Name and program of every test, in ctest's order."""
+    listing = subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1"], capture_output=True, text=True, check=True).stdout
+    return [(test["name"], pathlib.Path(test["command"][0])) for test in json.loads(listing)["tests"]]
+
+
+def below(path):
+    """Bytes of a file, of all files of a folder, or of those whose names begin like it."""
+    if path.is_file():
+        return [path]
+    folder, begin = (path, "") if path.is_dir() else (path.parent, path.name)
+    return sorted(p for p in folder.glob(f"{begin}*/**/*" if begin else "**/*") if p.is_file())
+
+
+def read_by(library, data):
+    """Files that the tests of a library read: the sources name them."""
+    files, sources = set(), [*(ROOT / "libs" / library / "test").rglob("*"), *(ROOT / "testing").rglob("*")]
+    for source in sources:
+        if source.suffix not in {".cpp", ".hpp"} or source.name == "paths.hpp":
+            continue
+        text = source.read_text()
+        for path in READS.findall(text):
+            if path:
+                files.update(below(ROOT / path))
+            else:
+                listing = subprocess.run(["git", "-C", ROOT, "ls-files", "-z"], capture_output=True, text=True, check=True).stdout
+                files.update(ROOT / name for name in listing.split("\0") if name)
+        if "data_file(" in text and source.name != "data.hpp":
+            files.update(below(data))
+    return sorted(files)
+
+
+def digest(program, files, machine):
+    h = hashlib.sha256(machine)
+    for path in [program, *files]:
+        h.update(str(path).encode())
+        h.update(path.read_bytes())
+    return h.hexdigest()
+
+
+def digests(build, programs):
+    """What the tests of each program of a library depend on."""
+    cache = (build / "CMakeCache.txt").read_text()
+    data = pathlib.Path(os.environ.get("WHIRL_DATA") or re.search(r"^WHIRL_DATA:PATH=(.*)$", cache, re.M)[1])
+    machine = subprocess.run(["dpkg-query", "--show"], capture_output=True, check=True).stdout
+    return {p.name: digest(p, read_by(p.name[len("whirl_"):-len("_test")], data), machine) for p in programs if p.exists()}
+
+
+def outcomes(report):
+    """Test -> "run" where it passed, else "fail", "notrun" or "disabled"."""
+    return {case.get("name"): case.get("status") for case in xml.etree.ElementTree.parse(report).getroot().iter("testcase")}
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("build", type=pathlib.Path)
+    p.add_argument("jobs", type=int)
+    p.add_argument("--all", action="store_true")
+    o = p.parse_args()
+    build = o.build.resolve()
+    memory, report = build / "passed.json", build / "Testing/report.xml"
+    tests = tests_of(build)
+    of_libraries = {f"whirl_{folder.name}_test" for folder in (ROOT / "libs").iterdir()}
+    keys = digests(build, {program for _, program in tests if program.name in of_libraries})
+    before = json.loads(memory.read_text()) if memory.exists() and not o.all else {}
+    passed = {name: key for name, key in before.items() if key in keys.values()}
+    todo = [k for k, (name, program) in enumerate(tests, 1) if passed.get(name) != keys.get(program.name, "each time")]
+    left = len(tests) - len(todo)
+    if left:
+        same = sorted({program.name for name, program in tests if name in passed})
+        print(f"{left} of {len(tests)} tests passed before and what they depend on is the same: not run again "
+              f"({', '.join(same)}). All of them: make test ALL=1", flush=True)
+    chosen = build / "Testing/chosen.txt"
+    chosen.parent.mkdir(exist_ok=True)
+    chosen.write_text("0,0,0," + ",".join(map(str, todo)) + "\n")  # ctest drops a number without a character behind it
+    report.unlink(missing_ok=True)
+    code = subprocess.run(["ctest", "--test-dir", build, "--output-on-failure", "-j", str(o.jobs), "-I", chosen, "--output-junit", report]).returncode
+    result = outcomes(report) if report.exists() else {}
+    passed |= {name: keys[program.name] for name, program in tests if result.get(name) == "run" and program.name in keys}
+    memory.write_text(json.dumps(passed, indent=0))
+    forgotten = [tests[k - 1][0] for k in todo if tests[k - 1][0] not in result]
+    if forgotten:
+        print(f"suite: ctest did not report {len(forgotten)} tests that it was told to run, among them {forgotten[0]}", file=sys.stderr)
+    return code or (1 if forgotten else 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
