@@ -18,6 +18,7 @@ foreach(test one two fails)
 endforeach()
 add_test(NAME b.one COMMAND "${PROJECT_BINARY_DIR}/bin/whirl_b_test" one)
 add_test(NAME command.line COMMAND "${PROJECT_BINARY_DIR}/bin/whirl_cli_test" one)
+add_test(NAME structure.tree COMMAND "${PROJECT_BINARY_DIR}/bin/whirl_cli_test" tree)
 """
 PROGRAM = '#!/bin/sh\necho "$0 $1" >> "{log}"\n[ "$1" != fails ]\n'
 
@@ -40,6 +41,8 @@ def main():
             program = build / f"bin/whirl_{name}_test"
             program.write_text(PROGRAM.format(log=log))
             program.chmod(0o755)
+        (tree / ".gitignore").write_text("/build\n/log\n")
+        subprocess.run(["git", "init", "-q", tree], check=True)
         subprocess.run(["cmake", "-S", tree, "-B", build], check=True, capture_output=True)
 
         def expect(what, tests, *options):
@@ -51,18 +54,24 @@ def main():
             if done.returncode == 0:
                 wrong.append(f"{what}: a test fails and the exit code is 0")
 
-        everything, again = ["a.one", "a.two", "a.fails", "b.one", "cli.one"], ["a.fails", "cli.one"]
+        everything, again = ["a.one", "a.two", "a.fails", "b.one", "cli.one", "cli.tree"], ["a.fails", "cli.tree"]
         expect("the first time", everything)
         expect("nothing changed", again)
         expect("all of them", everything, "--all")
         expect("after all of them", again)
         (tree / "docs/page.md").write_text("two")
-        expect("a document that a test reads", [*again, "a.one", "a.two"])
+        expect("a document that a test reads", [*again, "a.one", "a.two", "cli.one"])
         (tree / "data/record.csv").write_text("2")
-        expect("measured data", [*again, "b.one"])
-        with open(build / "bin/whirl_b_test", "a") as program:
-            program.write("# other bytes\n")
-        expect("a program", [*again, "b.one"])
+        expect("measured data", [*again, "b.one", "cli.one"])
+        with open(tree / "libs/b/test/b_test.cpp", "a") as test:
+            test.write("// a comment")
+        expect("a test of a library whose program stays the same", again)
+        for name in ("b", "cli"):
+            with open(build / f"bin/whirl_{name}_test", "a") as program:
+                program.write("# other bytes\n")
+            expect(f"the program of {name}", [*again, f"{name}.one"])
+        (tree / "file.txt").write_text("new")
+        expect("a new file", [*again, "cli.one"])
         expect("nothing changed since", again)
     print("\n".join(wrong))
     return 1 if wrong else 0

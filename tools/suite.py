@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""The whole suite, by ctest. A test of a library that passed is not run again while all that it depends on is the same.
+"""The whole suite, by ctest. A test that passed is not run again while all that it depends on is the same.
 
 Usage: suite.py BUILD JOBS [--all]
   --all    run every test, whatever passed before
 
 A test of a library depends on its program (bytes), on the files that it reads below the source tree and in the folder
-of measured data, and on the installed packages (compilers that exported code meets). What passed is kept in
-BUILD/passed.json. Tests of the command line, examples, documents and checks of the tree run each time.
-Exit code: ctest's.
+of measured data, and on the installed packages (compilers that exported code meets). Command line, Python and examples
+depend on all that is built and on every file of the tree but the tests of the libraries. Checks of the tree and of the
+documents run each time. What passed is kept in BUILD/passed.json. Exit code: ctest's.
 """
 import argparse
 import hashlib
@@ -29,6 +29,12 @@ def tests_of(build):
     return [(test["name"], pathlib.Path(test["command"][0])) for test in json.loads(listing)["tests"]]
 
 
+def tracked():
+    listing = subprocess.run(["git", "-C", ROOT, "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+                             capture_output=True, text=True, check=True).stdout
+    return [ROOT / name for name in sorted(set(listing.split("\0"))) if name and (ROOT / name).is_file()]
+
+
 def below(path):
     """Bytes of a file, of all files of a folder, or of those whose names begin like it."""
     if path.is_file():
@@ -48,27 +54,33 @@ def read_by(library, data):
             if path:
                 files.update(below(ROOT / path))
             else:
-                listing = subprocess.run(["git", "-C", ROOT, "ls-files", "-z"], capture_output=True, text=True, check=True).stdout
-                files.update(ROOT / name for name in listing.split("\0") if name)
+                files.update(tracked())
         if "data_file(" in text and source.name != "data.hpp":
             files.update(below(data))
     return sorted(files)
 
 
-def digest(program, files, machine):
+def digest(files, machine):
     h = hashlib.sha256(machine)
-    for path in [program, *files]:
+    for path in files:
         h.update(str(path).encode())
         h.update(path.read_bytes())
     return h.hexdigest()
 
 
-def digests(build, programs):
-    """What the tests of each program of a library depend on."""
+def dependencies(build, tests):
+    """Test -> digest of what it depends on; none for those that run each time."""
     cache = (build / "CMakeCache.txt").read_text()
     data = pathlib.Path(os.environ.get("WHIRL_DATA") or re.search(r"^WHIRL_DATA:PATH=(.*)$", cache, re.M)[1])
     machine = subprocess.run(["dpkg-query", "--show"], capture_output=True, check=True).stdout
-    return {p.name: digest(p, read_by(p.name[len("whirl_"):-len("_test")], data), machine) for p in programs if p.exists()}
+    of_libraries = {f"whirl_{folder.name}_test": folder.name for folder in (ROOT / "libs").iterdir()}
+    built = [p for p in [*below(build / "bin"), *below(build / "python")]
+             if p.name not in of_libraries and p.suffix != ".pyc"]
+    tree = [p for p in tracked() if p.relative_to(ROOT).parts[::2][:2] != ("libs", "test")]
+    everything = digest([*built, *tree, *below(data)], machine)
+    keys = {program: digest([program, *read_by(of_libraries[program.name], data)], machine)
+            for program in {program for _, program in tests} if program.name in of_libraries and program.exists()}
+    return {name: keys.get(program, everything) for name, program in tests if not name.startswith(("structure.", "documents."))}
 
 
 def outcomes(report):
@@ -85,23 +97,22 @@ def main():
     build = o.build.resolve()
     memory, report = build / "passed.json", build / "Testing/report.xml"
     tests = tests_of(build)
-    of_libraries = {f"whirl_{folder.name}_test" for folder in (ROOT / "libs").iterdir()}
-    keys = digests(build, {program for _, program in tests if program.name in of_libraries})
+    keys = dependencies(build, tests)
     before = json.loads(memory.read_text()) if memory.exists() and not o.all else {}
-    passed = {name: key for name, key in before.items() if key in keys.values()}
-    todo = [k for k, (name, program) in enumerate(tests, 1) if passed.get(name) != keys.get(program.name, "each time")]
-    left = len(tests) - len(todo)
-    if left:
+    passed = {name: key for name, key in before.items() if keys.get(name) == key}
+    todo = [k for k, (name, _) in enumerate(tests, 1) if name not in passed]
+    if passed:
         same = sorted({program.name for name, program in tests if name in passed})
-        print(f"{left} of {len(tests)} tests passed before and what they depend on is the same: not run again "
+        print(f"{len(passed)} of {len(tests)} tests passed before and what they depend on is the same: not run again "
               f"({', '.join(same)}). All of them: make test ALL=1", flush=True)
     chosen = build / "Testing/chosen.txt"
     chosen.parent.mkdir(exist_ok=True)
     chosen.write_text("0,0,0," + ",".join(map(str, todo)) + "\n")  # ctest drops a number without a character behind it
     report.unlink(missing_ok=True)
-    code = subprocess.run(["ctest", "--test-dir", build, "--output-on-failure", "-j", str(o.jobs), "-I", chosen, "--output-junit", report]).returncode
+    code = subprocess.run(["ctest", "--test-dir", build, "--output-on-failure", "-j", str(o.jobs), "-I", chosen,
+                           "--output-junit", report]).returncode
     result = outcomes(report) if report.exists() else {}
-    passed |= {name: keys[program.name] for name, program in tests if result.get(name) == "run" and program.name in keys}
+    passed |= {name: keys[name] for name, _ in tests if result.get(name) == "run" and name in keys}
     memory.write_text(json.dumps(passed, indent=0))
     forgotten = [tests[k - 1][0] for k in todo if tests[k - 1][0] not in result]
     if forgotten:

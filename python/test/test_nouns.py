@@ -16,7 +16,7 @@ def rig():
 
 @pytest.fixture(scope="module")
 def record(rig):
-    return rig.record(seed=1)
+    return rig.record(seed=1, snr_db=20)
 
 
 @pytest.fixture(scope="module")

@@ -45,7 +45,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def model(folder):
-    record = whirl.VirtualRig({"rotor.added_mass_g": 5}).record(seed=1)
+    record = whirl.VirtualRig({"rotor.added_mass_g": 5}).record(seed=1, snr_db=20)
     found = whirl.identify(record, holdout=0).model
     whirl.write(folder / "record.csv", record)
     whirl.save(folder / "model.json", found)
