@@ -72,7 +72,14 @@ def main():
             expect(f"the program of {name}", [*again, f"{name}.one"])
         (tree / "file.txt").write_text("new")
         expect("a new file", [*again, "cli.one"])
+        (build / "python/cache").mkdir(parents=True)
+        (build / "python/cache/of_a_tool.json").write_text("1")
         expect("nothing changed since", again)
+        (build / "python/module.so").write_text("1")
+        expect("the Python module", [*again, "cli.one"])
+        shutil.rmtree(tree / ".git")
+        for _ in range(2):
+            expect("an archive without git", [*again, "cli.one"])
     print("\n".join(wrong))
     return 1 if wrong else 0
 

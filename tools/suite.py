@@ -29,10 +29,19 @@ def tests_of(build):
     return [(test["name"], pathlib.Path(test["command"][0])) for test in json.loads(listing)["tests"]]
 
 
-def tracked():
-    listing = subprocess.run(["git", "-C", ROOT, "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
-                             capture_output=True, text=True, check=True).stdout
-    return [ROOT / name for name in sorted(set(listing.split("\0"))) if name and (ROOT / name).is_file()]
+def asked(*command):
+    """What a command prints; where it does not work, what is never the same twice: nothing is left out then."""
+    try:
+        return subprocess.run(command, capture_output=True, check=True).stdout
+    except (OSError, subprocess.CalledProcessError):
+        return os.urandom(16)
+
+
+def tree():
+    """Files of the source tree, and their list as git prints it."""
+    listing = asked("git", "-C", ROOT, "ls-files", "-z", "--cached", "--others", "--exclude-standard")
+    names = sorted(set(listing.decode(errors="ignore").replace("\0", "\n").splitlines()))
+    return [ROOT / name for name in names if (ROOT / name).is_file()], listing
 
 
 def below(path):
@@ -54,7 +63,7 @@ def read_by(library, data):
             if path:
                 files.update(below(ROOT / path))
             else:
-                files.update(tracked())
+                files.update(tree()[0])
         if "data_file(" in text and source.name != "data.hpp":
             files.update(below(data))
     return sorted(files)
@@ -72,12 +81,13 @@ def dependencies(build, tests):
     """Test -> digest of what it depends on; none for those that run each time."""
     cache = (build / "CMakeCache.txt").read_text()
     data = pathlib.Path(os.environ.get("WHIRL_DATA") or re.search(r"^WHIRL_DATA:PATH=(.*)$", cache, re.M)[1])
-    machine = subprocess.run(["dpkg-query", "--show"], capture_output=True, check=True).stdout
+    machine = asked("dpkg-query", "--show")
     of_libraries = {f"whirl_{folder.name}_test": folder.name for folder in (ROOT / "libs").iterdir()}
-    built = [p for p in [*below(build / "bin"), *below(build / "python")]
-             if p.name not in of_libraries and p.suffix != ".pyc"]
-    tree = [p for p in tracked() if p.relative_to(ROOT).parts[::2][:2] != ("libs", "test")]
-    everything = digest([*built, *tree, *below(data)], machine)
+    module = sorted((build / "python").rglob("*.so"))  # its sources are of the tree; beside it lie caches
+    built = [*(p for p in below(build / "bin") if p.name not in of_libraries), *module]
+    files, listing = tree()
+    others = [p for p in files if p.relative_to(ROOT).parts[::2][:2] != ("libs", "test")]
+    everything = digest([*built, *others, *below(data)], machine + listing)
     keys = {program: digest([program, *read_by(of_libraries[program.name], data)], machine)
             for program in {program for _, program in tests} if program.name in of_libraries and program.exists()}
     return {name: keys.get(program, everything) for name, program in tests if not name.startswith(("structure.", "documents."))}
