@@ -29,14 +29,15 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         tree = pathlib.Path(folder)
         log, build = tree / "log", tree / "build"
-        for name in ("tools", "libs/a/test", "libs/b/test", "testing", "data", "docs", "build/bin"):
+        for name in ("tools", "libs/a/test", "libs/b/test", "testing", "data", "docs", "cases", "build/bin"):
             (tree / name).mkdir(parents=True)
         shutil.copy(source / "tools/suite.py", tree / "tools")
         (tree / "CMakeLists.txt").write_text(CMAKE)
         (tree / "docs/page.md").write_text("one")
         (tree / "data/record.csv").write_text("1")
         (tree / "libs/a/test/a_test.cpp").write_text('std::ifstream in(testing::source_dir() + "/docs/page.md");')
-        (tree / "libs/b/test/b_test.cpp").write_text('read_csv(testing::data_file("record.csv"));')
+        (tree / "libs/b/test/b_test.cpp").write_text(
+            'read_csv(testing::data_file("record.csv"));\nslurp(source_dir() + "/cases/one_" + name);')
         for name in ("a", "b", "cli"):
             program = build / f"bin/whirl_{name}_test"
             program.write_text(PROGRAM.format(log=log))
@@ -61,6 +62,10 @@ def main():
         expect("after all of them", again)
         (tree / "docs/page.md").write_text("two")
         expect("a document that a test reads", [*again, "a.one", "a.two", "cli.one"])
+        (tree / "cases/one_a.csv").write_text("1")
+        expect("a file whose name begins like what a test reads", [*again, "b.one", "cli.one"])
+        (tree / "cases/two_a.csv").write_text("1")
+        expect("a file beside it", [*again, "cli.one"])
         (tree / "data/record.csv").write_text("2")
         expect("measured data", [*again, "b.one", "cli.one"])
         with open(tree / "libs/b/test/b_test.cpp", "a") as test:

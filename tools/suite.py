@@ -45,11 +45,11 @@ def tree():
 
 
 def below(path):
-    """Bytes of a file, of all files of a folder, or of those whose names begin like it."""
+    """A file, all files of a folder, or those whose paths begin like it."""
     if path.is_file():
         return [path]
-    folder, begin = (path, "") if path.is_dir() else (path.parent, path.name)
-    return sorted(p for p in folder.glob(f"{begin}*/**/*" if begin else "**/*") if p.is_file())
+    folder = path if path.is_dir() else path.parent
+    return sorted(p for p in folder.rglob("*") if p.is_file() and str(p).startswith(str(path)))
 
 
 def read_by(library, data):
