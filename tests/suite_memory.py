@@ -46,14 +46,14 @@ def main():
         subprocess.run(["git", "init", "-q", tree], check=True)
         subprocess.run(["cmake", "-S", tree, "-B", build], check=True, capture_output=True)
 
-        def expect(what, tests, *options):
+        def expect(what, tests, *options, code=8):  # ctest's where a test fails
             log.write_text("")
             done = subprocess.run([sys.executable, tree / "tools/suite.py", build, "1", *options], capture_output=True, text=True)
             ran = sorted(line.split("/whirl_")[1].replace("_test ", ".") for line in log.read_text().splitlines())
             if ran != sorted(tests):
                 wrong.append(f"{what}: ran {ran}, expected {sorted(tests)}\n{done.stdout}{done.stderr}")
-            if done.returncode == 0:
-                wrong.append(f"{what}: a test fails and the exit code is 0")
+            if done.returncode != code:
+                wrong.append(f"{what}: exit code {done.returncode}, expected {code}\n{done.stdout}{done.stderr}")
 
         everything, again = ["a.one", "a.two", "a.fails", "b.one", "cli.one", "cli.tree"], ["a.fails", "cli.tree"]
         expect("the first time", everything)
@@ -82,9 +82,16 @@ def main():
         expect("nothing changed since", again)
         (build / "python/module.so").write_text("1")
         expect("the Python module", [*again, "cli.one"])
+        (build / "bin/whirl_a_test").write_text(PROGRAM.format(log=log).replace("!= fails", "!= nothing"))
+        expect("where all pass", ["a.one", "a.two", "a.fails", "cli.tree"], code=0)
+        expect("nothing changed since all passed", ["cli.tree"], code=0)
+        again = ["cli.tree"]
         shutil.rmtree(tree / ".git")
         for _ in range(2):
-            expect("an archive without git", [*again, "cli.one"])
+            expect("an archive without git", [*again, "cli.one"], code=0)
+        done = subprocess.run([sys.executable, tree / "tools/suite.py", tree / "docs", "1"], capture_output=True, text=True)
+        if done.returncode != 2 or "no build folder with tests" not in done.stderr:
+            wrong.append(f"a folder that is no build: {done.returncode} {done.stderr}")
     print("\n".join(wrong))
     return 1 if wrong else 0
 

@@ -18,6 +18,8 @@ import subprocess
 import sys
 import time
 
+from suite import tests_of as tests_in
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SLOW = ROOT / "tests/slow.txt"
 QUICK = 0.2  # s; a test above it belongs into tests/slow.txt
@@ -103,8 +105,7 @@ def print_slower(what, before, now, least):
 
 
 def record(build):
-    listing = subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1"], capture_output=True, text=True, check=True).stdout
-    known, costs = {test["name"] for test in json.loads(listing)["tests"]}, {}
+    known, costs = {name for name, _ in tests_in(build)}, {}
     for line in (build / "Testing/Temporary/CTestCostData.txt").read_text().splitlines():
         if line == "---":
             break

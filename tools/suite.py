@@ -105,6 +105,9 @@ def main():
     p.add_argument("--all", action="store_true")
     o = p.parse_args()
     build = o.build.resolve()
+    if not (build / "CTestTestfile.cmake").exists():
+        print(f"suite: {o.build}: no build folder with tests; make one by 'make build' or 'cmake -S . -B {o.build}'", file=sys.stderr)
+        return 2
     memory, report = build / "passed.json", build / "Testing/report.xml"
     tests = tests_of(build)
     keys = dependencies(build, tests)
