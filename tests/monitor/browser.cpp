@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
@@ -62,7 +63,11 @@ struct Browser::Process {
     }
     watchdog = std::jthread([this](std::stop_token stop) {
       std::unique_lock lock(mutex);
-      if (!over.wait_for(lock, stop, 120s, [] { return false; }) && !stop.stop_requested()) kill(-pid, SIGKILL);
+      for (int seen = -1; seen != calls && !stop.stop_requested();) {
+        seen = calls;
+        over.wait_for(lock, stop, 120s, [] { return false; });
+      }
+      if (!stop.stop_requested()) kill(-pid, SIGKILL);
     });
     const std::filesystem::path port_file = folder / "browser" / "DevToolsActivePort";
     std::string port, path;
@@ -82,6 +87,7 @@ struct Browser::Process {
   }
 
   pid_t pid = -1;
+  std::atomic<int> calls{0};
   std::mutex mutex;
   std::condition_variable_any over;
   std::jthread watchdog;
@@ -119,6 +125,7 @@ void Browser::note(const json& event) {
 json Browser::call(const std::string& method, const json& parameters) {
   json request{{"id", next_++}, {"method", method}, {"params", parameters}};
   if (!session_.empty()) request["sessionId"] = session_;
+  ++process_->calls;
   process_->socket.write(asio::buffer(request.dump()));
   while (true) {
     beast::flat_buffer buffer;

@@ -8,7 +8,7 @@
 namespace whirl::testing {
 
 /// One page in a headless Chromium, driven through the DevTools protocol. Whatever happens, the browser is ended with
-/// this object, or after two minutes.
+/// this object, or after two minutes without a call.
 class Browser {
  public:
   /// The program, or empty where there is none.

@@ -20,8 +20,9 @@ const std::filesystem::path kReportPictures = std::filesystem::path(binary_dir()
 TEST(ReportPageE2e, NothingIsCutOffOnPaper) {
   if (Browser::program().empty()) GTEST_SKIP() << "no Chromium here";
   const Folder folder;
+  const std::filesystem::path report = made_study() / "study/report.html";
   Browser browser(folder / "");
-  browser.open("file://" + (made_study() / "study/report.html").string());
+  browser.open("file://" + report.string());
   ASSERT_TRUE(browser.wait("document.readyState === 'complete' && document.querySelectorAll('figure').length > 20"));
   browser.on_paper(688);  // A4 less its margins
   EXPECT_EQ(browser.evaluate("innerWidth"), 688);

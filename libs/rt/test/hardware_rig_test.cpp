@@ -25,6 +25,7 @@ struct FakeBoard : Board {
   struct State {
     BoardReading reading;
     bool answers = true, online = true;
+    int descriptor = -1;
     BoardCommand written;
   };
   explicit FakeBoard(State& s) : state(s) {}
@@ -37,6 +38,7 @@ struct FakeBoard : Board {
   }
   void write(const BoardCommand& c) noexcept override { state.written = c; }
   bool connected() const noexcept override { return state.online; }
+  int descriptor() const noexcept override { return state.descriptor; }
 };
 
 HardwareOptions analog() {
@@ -286,9 +288,9 @@ class HandLaser {
   void deliver(const optoncdt::Sensor& sensor, int frames) {
     line_.flush();
     int waiting = 0;
-    for (int i = 0; i < 10000; ++i) {
+    for (int i = 0; i < 100000; ++i) {
       if (::ioctl(sensor.descriptor(), FIONREAD, &waiting) == 0 && waiting >= 6 * frames) return;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      std::this_thread::sleep_for(std::chrono::microseconds(100));
     }
     FAIL() << "the line does not carry";
   }
@@ -304,7 +306,8 @@ struct LaserRigRealtime : ::testing::Test {
   std::unique_ptr<HardwareRig> rig;
   std::uint32_t wiggle = 0;
 
-  LaserRigRealtime() {
+  explicit LaserRigRealtime(int descriptor = -1) {
+    board.descriptor = descriptor;
     HardwareOptions o;
     for (std::size_t i = 0; i < 2; ++i) {
       o.position[i].laser.device = (i == 0 ? x : y).device();
@@ -386,6 +389,73 @@ TEST_F(LaserRigRealtime, AStuckLaserIsNotValid) {
   }
   EXPECT_EQ(rig->state(0), InputState::stuck);
   EXPECT_EQ(rig->state(1), InputState::good);
+}
+
+// Which frames belong to a tick is learned while disarmed. A network or a busy machine holds readings back while frames
+// still come, all at once or bit by bit; a board that starts anew counts from elsewhere.
+struct LateReadingsRealtime : LaserRigRealtime {
+  LateReadingsRealtime() : LaserRigRealtime(STDIN_FILENO) { rig->arm(false); }  // a clock that nobody waits for
+  /// The board is at `ticks` further on; its readings did not come.
+  void hold_back(int ticks) {
+    board.answers = false;
+    for (int k = 0; k < ticks; ++k) tick(40000, 40000);
+    board.reading.tick += static_cast<std::uint32_t>(ticks);
+    board.answers = true;
+  }
+  /// Ticks of the next hundred in which a frame was not new, or not valid.
+  long misaligned() {
+    const long before = rig->late(0) + rig->late(1);
+    long invalid = 0;
+    for (int k = 0; k < 100; ++k) invalid += !tick(40000, 40000).valid;
+    return rig->late(0) + rig->late(1) - before + invalid;
+  }
+};
+
+TEST_F(LateReadingsRealtime, ReadingsHeldBackOnceDoNotMakeEveryFrameSeemOld) {
+  for (const int ticks : {1, 3, 36, 200}) {
+    hold_back(ticks);
+    tick(40000, 40000);
+    EXPECT_EQ(misaligned(), 0) << ticks;
+  }
+}
+
+TEST_F(LateReadingsRealtime, ReadingsThatCatchUpBitByBitDoNotEither) {
+  for (int k = 0; k < 128; ++k) tick(40000, 40000);
+  board.answers = false;
+  for (int k = 0; k < 36; ++k) tick(40000, 40000);
+  board.answers = true;
+  for (int k = 0; k < 6; ++k) {
+    board.reading.tick += 6;
+    tick(40000, 40000);
+  }
+  EXPECT_EQ(misaligned(), 0);
+}
+
+TEST_F(LateReadingsRealtime, ABoardThatCountsFromElsewhereIsAlignedAnew) {
+  for (const std::uint32_t by : {5000u, 0u - 7000u, 0u - 3u}) {
+    board.reading.tick += by;
+    ++board.reading.session;
+    for (int k = 0; k < 128; ++k) tick(40000, 40000);
+    rig->arm(true);
+    EXPECT_EQ(misaligned(), 0) << by;
+    rig->arm(false);
+  }
+}
+
+// A converter between the lines and this machine hands over bunches: the newest frame of a bunch is of its tick.
+TEST_F(LateReadingsRealtime, FramesInBunchesBelongToTheTickInWhichTheyCome) {
+  constexpr int kBunch = 4;
+  long late = 0;
+  for (int k = 0; k < 50 * kBunch; ++k) {
+    const bool come = k % kBunch == kBunch - 1;
+    if (come) {
+      for (int i = 0; i < 4 * (kBunch - 1); ++i) x.send(40000 + ++wiggle % 2);
+    }
+    const long before = rig->late(0);
+    tick(come ? 40000 : 0, 40000);
+    if (come && k > 25 * kBunch) late += rig->late(0) - before;
+  }
+  EXPECT_EQ(late, 0);
 }
 
 }  // namespace

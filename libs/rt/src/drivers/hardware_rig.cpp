@@ -104,13 +104,17 @@ void HardwareRig::drain() noexcept {
       }
     }
   }
-  // After the lasers: a board reading never seems older than the frames that came with it.
+  // After the lasers: a board reading that was not held back on its way never seems older than the frames that came
+  // with it.
   const BoardReading before = reading_;
   if (board_->read(reading_)) {
     read_tacho(before);
     restarted_ = restarted_ || (armed_ && board_seen_ && reading_.session != before.session);
     implausible_ = implausible_ || (armed_ && board_seen_ && !plausible(before));
-    board_tick_ += board_seen_ ? static_cast<std::int32_t>(reading_.tick - before.tick) : 0;
+    // A board that counts from its beginning again goes on from where it was.
+    const auto ticks = static_cast<std::int32_t>(reading_.tick - before.tick);
+    const bool anew = reading_.session != before.session || ticks < 0;
+    if (board_seen_) board_tick_ += anew ? 1 : ticks;
     board_seen_ = board_fresh_ = true;
   }
 }
@@ -180,13 +184,9 @@ void HardwareRig::align() noexcept {
   const Axis& first = axes_[0].sensor ? axes_[0] : axes_[1];
   if (by_board ? !board_seen_ : !first.seen) return;
   const std::int64_t now = by_board ? board_tick_ : first.frame_tick();
-  if (!by_board && !first.aligned) tick_ = now;
+  if (!by_board && !first.alignment.known()) tick_ = now;
   for (Axis& a : axes_) {
-    if (!a.sensor || !a.seen) continue;
-    // The frames of a tick arrive after its board reading; the smallest difference seen is the true one.
-    const std::int64_t offset = now - a.frame_tick();
-    a.offset = a.aligned ? std::min(a.offset, offset) : offset;
-    a.aligned = true;
+    if (a.sensor && a.seen) a.alignment.see(now, now - a.frame_tick());
   }
 }
 
@@ -201,7 +201,7 @@ void HardwareRig::follow_clocks() noexcept {
     return by;
   };
   for (Axis& a : axes_) {
-    if (a.sensor && a.aligned) a.offset += moved(a.apart, a.tick());
+    if (a.sensor && a.alignment.known()) a.alignment.move(moved(a.apart, a.tick()));
   }
   if (board_->descriptor() >= 0 && board_seen_) board_tick_ += moved(board_apart_, board_tick_);
 }
@@ -213,7 +213,9 @@ bool HardwareRig::complete(std::int64_t tick, bool all) const noexcept {
     const bool counts = there && (all ? !known || at + late >= tick : known);
     return counts ? known && at >= tick : all;
   };
-  const auto laser = [&](const Axis& a) { return reached(a.sensor && a.sensor->connected(), a.aligned, a.tick()); };
+  const auto laser = [&](const Axis& a) {
+    return reached(a.sensor && a.sensor->connected(), a.alignment.known(), a.tick());
+  };
   const bool b = reached(board_->descriptor() >= 0, board_seen_, board_tick_);
   return all ? b && laser(axes_[0]) && laser(axes_[1]) : b || laser(axes_[0]) || laser(axes_[1]);
 }
@@ -241,7 +243,7 @@ long HardwareRig::wait(std::int64_t timeout) noexcept {
     nfds_t count = 0;
     if (by_board && (!armed_ || board_tick_ <= tick_)) fds[count++] = {board_->descriptor(), POLLIN, 0};
     for (const Axis& a : axes_) {
-      if (a.sensor && a.sensor->connected() && (!armed_ || !a.aligned || a.tick() <= tick_)) {
+      if (a.sensor && a.sensor->connected() && (!armed_ || !a.alignment.known() || a.tick() <= tick_)) {
         fds[count++] = {a.sensor->descriptor(), POLLIN, 0};
       }
     }
@@ -251,7 +253,7 @@ long HardwareRig::wait(std::int64_t timeout) noexcept {
   waited_ = true;
   std::int64_t newest = board_->descriptor() >= 0 && board_seen_ ? board_tick_ : tick_;
   for (const Axis& a : axes_) {
-    if (a.sensor && a.aligned && (armed_ || board_->descriptor() < 0)) newest = std::max(newest, a.tick());
+    if (a.sensor && a.alignment.known() && (armed_ || board_->descriptor() < 0)) newest = std::max(newest, a.tick());
   }
   const std::int64_t advanced = newest - tick_;
   if (advanced <= 0) return 0;
@@ -272,7 +274,7 @@ InputState HardwareRig::examine(Axis& a, const PositionInput& input) noexcept {
   } else {
     if (!a.seen || !a.sensor->connected()) return InputState::no_sample;
     a.distance = a.newest.reading.distance;
-    const std::int64_t behind = a.aligned ? tick_ - a.tick() : 0;
+    const std::int64_t behind = a.alignment.known() ? tick_ - a.tick() : 0;
     if (behind > 0) ++a.late;
     if (static_cast<double>(behind) * options_.sample_time > options_.max_age) return InputState::too_old;
     if (a.newest.reading.error != optoncdt::SensorError::none) return InputState::sensor_error;
@@ -288,7 +290,7 @@ Measurement HardwareRig::read() noexcept {
     const Axis& first = axes_[0].sensor ? axes_[0] : axes_[1];
     if (board_->descriptor() >= 0) {
       tick_ = std::max(tick_, board_tick_);
-    } else if (!armed_ && first.aligned) {
+    } else if (!armed_ && first.alignment.known()) {
       tick_ = first.tick();
     } else {
       ++tick_;

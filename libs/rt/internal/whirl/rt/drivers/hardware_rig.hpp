@@ -10,6 +10,7 @@
 #include "whirl/rt/drivers/board.hpp"
 #include "whirl/rt/drivers/optoncdt_sensor.hpp"
 #include "whirl/rt/drivers/tacho_tracker.hpp"
+#include "whirl/rt/drivers/tick_alignment.hpp"
 
 namespace whirl::rt {
 
@@ -106,9 +107,8 @@ class HardwareRig {
     bool seen = false;
     optoncdt::Sample newest;
     std::int64_t phase = 0;   ///< frames from a tick to index 0
-    std::int64_t offset = 0;  ///< ticks of the board minus ticks of the laser
-    bool aligned = false;
-    long repeated = 0;  ///< frames, or ticks of an analogue input, with the same value
+    TickAlignment alignment;  ///< of the board and the laser
+    long repeated = 0;        ///< frames, or ticks of an analogue input, with the same value
     double distance = 0;
     double last_analog = 0;
     InputState state = InputState::no_sample;
@@ -116,7 +116,7 @@ class HardwareRig {
     long apart = 0;  ///< cycles in a row behind (> 0) or ahead (< 0) of the tick
 
     std::int64_t frame_tick() const noexcept;  ///< of the laser's own count
-    std::int64_t tick() const noexcept { return frame_tick() + offset; }
+    std::int64_t tick() const noexcept { return frame_tick() + alignment.offset(); }
   };
   void drain() noexcept;
   void read_tacho(const BoardReading& before) noexcept;
