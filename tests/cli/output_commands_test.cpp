@@ -144,8 +144,7 @@ TEST(SignalE2e, AnEndedExportLeavesNoTemporaryFolder) {
       EXPECT_TRUE(code == 0 || code > 128) << signal << " " << code;
       ++stopped[code > 128 ? signal : "none"];
       // The folder is removed by a program of its own.
-      for (int i = 0; i < 400 && !fs::is_empty(folder / "tmp"); ++i) usleep(25000);
-      EXPECT_TRUE(fs::is_empty(folder / "tmp")) << signal << " after " << after << " s";
+      EXPECT_TRUE(await([&] { return fs::is_empty(folder / "tmp"); })) << signal << " after " << after << " s";
       for (const auto& file : fs::recursive_directory_iterator(folder / "."))
         EXPECT_NE(file.path().extension(), ".part") << file.path();
     }

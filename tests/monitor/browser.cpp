@@ -15,6 +15,8 @@
 #include <mutex>
 #include <thread>
 
+#include "whirl/testing/await.hpp"
+
 namespace whirl::testing {
 namespace {
 
@@ -71,11 +73,11 @@ struct Browser::Process {
     });
     const std::filesystem::path port_file = folder / "browser" / "DevToolsActivePort";
     std::string port, path;
-    for (int i = 0; i < 1200 && path.empty(); ++i) {
+    const auto written = [&] {
       std::ifstream in(port_file);
-      if (!(in >> port >> path)) std::this_thread::sleep_for(50ms);
-    }
-    if (path.empty()) throw std::runtime_error("the browser does not answer");
+      return static_cast<bool>(in >> port >> path);
+    };
+    if (!await(written)) throw std::runtime_error("the browser does not answer");
     socket.next_layer().connect({asio::ip::make_address("127.0.0.1"), static_cast<std::uint16_t>(std::stoi(port))});
     socket.read_message_max(std::size_t{1} << 28);
     socket.handshake("127.0.0.1:" + port, path);
@@ -155,15 +157,10 @@ json Browser::evaluate(const std::string& expression) {
   return answer["result"].contains("value") ? answer["result"]["value"] : json();
 }
 
-bool Browser::wait(const std::string& expression, double seconds) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  while (std::chrono::steady_clock::now() < end) {
-    // A page that is still loading has not all its elements.
-    const std::string careful = "(() => { try { return Boolean(" + expression + "); } catch { return false; } })()";
-    if (evaluate(careful) == true) return true;
-    std::this_thread::sleep_for(50ms);
-  }
-  return false;
+bool Browser::wait(const std::string& expression) {
+  // A page that is still loading has not all its elements.
+  const std::string careful = "(() => { try { return Boolean(" + expression + "); } catch { return false; } })()";
+  return await([&] { return evaluate(careful) == true; });
 }
 
 void Browser::key(const std::string& key) {

@@ -26,8 +26,8 @@ class Browser {
   std::string text(const std::string& id) {
     return evaluate("document.getElementById('" + id + "').textContent").get<std::string>();
   }
-  /// Evaluates until the expression is true; false after `seconds`.
-  bool wait(const std::string& expression, double seconds = 60);
+  /// Evaluates until the expression is true, as long as `await` has patience.
+  bool wait(const std::string& expression);
   void key(const std::string& key);
   /// Presses the mouse in the middle of an element.
   void click(const std::string& selector);

@@ -4,11 +4,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <string>
-#include <thread>
 
 #include "../cli/program.hpp"
+#include "whirl/testing/await.hpp"
 
 namespace whirl::testing {
 
@@ -23,15 +22,12 @@ class LiveProgram {
       execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
       _exit(127);
     }
-    for (int i = 0; i < 1200 && url_.empty() && running(); ++i) {
+    (void)await([&] {
       const std::string text = slurp(folder / "live.err");
       const std::size_t at = text.find("http://"), end = text.find("  (Ctrl-C");
-      if (at != std::string::npos && end != std::string::npos) {
-        url_ = text.substr(at, end - at);
-      } else {
-        std::this_thread::sleep_for(std::chrono::milliseconds(50));
-      }
-    }
+      if (at != std::string::npos && end != std::string::npos) url_ = text.substr(at, end - at);
+      return !url_.empty() || !running();
+    });
   }
   ~LiveProgram() { stop(); }
   LiveProgram(const LiveProgram&) = delete;

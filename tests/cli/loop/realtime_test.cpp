@@ -104,7 +104,7 @@ TEST_F(RealtimeE2e, KilledControllerLeavesASafeRigAndARecordingThatOpens) {
   rig.wait_for("killed.h5");
   // A recording can be read while it is written.
   const auto rows = [&] { return rt::read_loop_record(folder / "killed.h5").cycles.size(); };
-  for (int i = 0; i < 6000 && rows() < 1; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  ASSERT_TRUE(await([&] { return rows() >= 1; }));
   ::kill(std::stoi(slurp(folder / "run.pid")), SIGKILL);
   const io::Json served = rig.result();
   EXPECT_GE(io::JsonReader(served, "served").at("watchdog_expired").number(), 1);

@@ -2,16 +2,16 @@
 #pragma once
 #include <signal.h>
 
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
-#include <thread>
 
 #include "../program.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/rig/parameters.hpp"
+#include "whirl/testing/await.hpp"
 
 namespace whirl::testing {
 
@@ -60,13 +60,12 @@ struct Served {
     std::string io = slurp(folder / "io.toml");
     const std::string key = "watchdog_ms = ";
     const std::size_t at = io.find(key);
-    if (at == std::string::npos) std::abort();
+    if (at == std::string::npos) throw std::runtime_error("io.toml without a watchdog");
     folder.write("io.toml", io.replace(at + key.size(), io.find('\n', at) - at - key.size(), "4000.0"));
   }
   void wait_for(const char* name) const {
-    for (int i = 0; i < 1200 && !std::filesystem::exists(folder / name); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
+    if (!await([&] { return std::filesystem::exists(folder / name); }))
+      throw std::runtime_error(std::string(name) + " does not come: " + slurp(folder / "serve.err"));
   }
   io::Json result() const {
     wait_for("serve.json");
