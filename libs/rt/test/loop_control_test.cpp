@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <thread>
+
 #include "whirl/rt/clock.hpp"
 #include "whirl/rt/loop.hpp"
 
@@ -137,6 +140,139 @@ TEST(ControlledLawRealtime, EachAxisToBothSidesIsKeptWithinThePersonsLimit) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error(), Fault::not_finite);
   EXPECT_EQ(law.told, 4);
+}
+
+/// A clock that has a fault of its own.
+struct LateClock : SimulatedClock {
+  LateClock() noexcept : SimulatedClock(1e-3) {}
+  Fault fault() const noexcept { return reason; }
+  Fault reason = Fault::none;
+};
+
+TEST(ControlledClockRealtime, APersonsTripComesBeforeWhateverTheClockFinds) {
+  for (const Fault own : {Fault::none, Fault::overrun, Fault::watchdog}) {
+    LoopControl control;
+    ControlledClock<LateClock> clock(control);
+    clock.reason = own;
+    EXPECT_EQ(clock.fault(), own);
+    control.trip();
+    EXPECT_EQ(clock.fault(), Fault::requested);
+    EXPECT_EQ(clock.own_fault(), own);
+  }
+}
+
+// The machine stays late: the force fades, until a person wants it to be zero now.
+TEST(ControlledClockRealtime, APersonsTripEndsTheFadingOfAMachineThatStaysLate) {
+  StillRig rig;
+  ConstantLaw law;
+  LoopControl control;
+  ControlledClock<LateClock> clock(control);
+  Loop loop(rig, law, clock, {}, {.sample_time = 1e-3, .release = 1500});
+  for (int k = 0; k < 100; ++k) loop.cycle();
+  clock.reason = Fault::overrun;
+  EXPECT_EQ(loop.cycle().trip, Fault::overrun);
+  EXPECT_TRUE(loop.cycle().releasing);
+  EXPECT_GT(rig.written.ux, 3);
+  control.trip();
+  const CycleRecord r = loop.cycle();
+  EXPECT_FALSE(r.releasing);
+  EXPECT_EQ(r.sent.ux, 0);
+  EXPECT_EQ(r.trip, Fault::overrun) << "the first reason stays";
+}
+
+TEST_F(LoopControlRealtime, ATripGivenAfterAClearStays) {
+  control.clear();
+  control.trip();
+  EXPECT_EQ(cycle().sent.ux, 0);
+  control.arm();
+  EXPECT_EQ(cycle().sent.ux, 0);
+  EXPECT_TRUE(control.tripped());
+}
+
+TEST_F(LoopControlRealtime, ATripTakenBackBeforeTheLoopSawItActsInTheVeryCycleToo) {
+  cycle();
+  control.apply(loop, []() noexcept {});
+  control.trip();
+  control.clear();
+  control.arm();
+  EXPECT_EQ(loop.cycle().sent.ux, 0) << "the loop was waiting for its tick";
+  EXPECT_EQ(cycle().sent.ux, 4);
+  EXPECT_EQ(law.resets, 1);
+}
+
+/// What a loop does at last with wishes `what`, four of them, that it looks at after each one whose bit is set in
+/// `looks`, and at the end.
+struct WishOutcome {
+  double before, after;
+  bool armed, tripped;
+  bool operator==(const WishOutcome&) const = default;
+};
+WishOutcome outcome_of_wishes(int start, unsigned what, unsigned looks) {
+  StillRig rig;
+  ConstantLaw law;
+  LoopControl control;
+  ControlledClock<SimulatedClock> clock(control, 1e-3);
+  Loop loop(rig, law, clock, {}, {.armed = start != 0});
+  if (start == 2) loop.stop(Fault::stale_sensor);
+  loop.cycle();
+  const auto look = [&] { control.apply(loop, []() noexcept {}); };
+  for (unsigned k = 0; k < 4; ++k) {
+    switch (what >> 2 * k & 3) {
+      case 0:
+        control.trip();
+        break;
+      case 1:
+        control.arm();
+        break;
+      case 2:
+        control.disarm();
+        break;
+      default:
+        control.clear();
+    }
+    if ((looks >> k & 1) != 0) look();
+  }
+  look();
+  WishOutcome out{};
+  out.before = loop.cycle().sent.ux;
+  out.armed = loop.armed();
+  out.tripped = control.tripped();
+  control.arm();
+  look();
+  out.after = loop.cycle().sent.ux;
+  return out;
+}
+
+TEST(LoopControlOrderRealtime, TheOrderOfTheWishesDecidesWheneverTheLoopLooks) {
+  for (const int start : {0, 1, 2}) {
+    for (unsigned what = 0; what < 256; ++what) {
+      const WishOutcome one_by_one = outcome_of_wishes(start, what, 15);
+      for (unsigned looks = 0; looks < 15; ++looks)
+        ASSERT_EQ(outcome_of_wishes(start, what, looks), one_by_one)
+            << "start " << start << ", wishes " << what << ", looks " << looks;
+    }
+  }
+}
+
+TEST(LoopControlOrderRealtime, ATripIsNeverLostToALoopThatTakesAClearAtThatMoment) {
+  StillRig rig;
+  ConstantLaw law;
+  LoopControl control;
+  ControlledClock<SimulatedClock> clock(control, 1e-3);
+  Loop loop(rig, law, clock);
+  std::atomic<long> looks{0};
+  std::jthread thread([&](const std::stop_token& over) {
+    for (; !over.stop_requested(); ++looks) control.apply(loop, []() noexcept {});
+  });
+  long lost = 0;
+  for (int k = 0; k < 300; ++k) {
+    control.clear();
+    control.trip();
+    const long seen = looks;
+    while (looks < seen + 2) std::this_thread::yield();
+    lost += !control.tripped();
+  }
+  EXPECT_EQ(lost, 0);
 }
 
 }  // namespace
