@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -177,6 +178,59 @@ TEST_F(ReleaseRealtime, ClearEndsTheFadingAndArmNeedsIt) {
   EXPECT_TRUE(loop.arm());
   loop.cycle();
   EXPECT_NE(rig.written.ux, 0);
+}
+
+/// Turns with the rotor; `amplitude` as told.
+struct ForwardLaw {
+  double amplitude = 10;
+  Expected<Command, Fault> step(const Measurement& m) noexcept {
+    return Command{amplitude * std::cos(m.beta), amplitude * std::sin(m.beta)};
+  }
+  void applied(const Command&) noexcept {}
+};
+
+/// Without its sensor until the force is zero: the largest force of an axis meanwhile.
+template <class AnyLoop>
+double largest_without_sensor(AnyLoop& loop, TurningRig& rig) {
+  rig.valid = false;
+  for (int k = 0; k < 100 && loop.armed(); ++k) loop.cycle();
+  EXPECT_EQ(loop.safety().trip, Fault::stale_sensor);
+  double largest = 0;
+  for (int k = 0; k < 2000 && loop.releasing(); ++k) {
+    loop.cycle();
+    largest = std::max({largest, std::abs(rig.written.ux), std::abs(rig.written.uy)});
+  }
+  EXPECT_FALSE(loop.releasing());
+  return largest;
+}
+
+TEST_F(ReleaseRealtime, WhatFadesWasLearnedSinceArming) {
+  ForwardLaw turning;
+  Loop loop(rig, turning, clock, limits, options);
+  for (int k = 0; k < 500; ++k) loop.cycle();
+  loop.disarm();
+  for (int k = 0; k < 1000; ++k) loop.cycle();
+  turning.amplitude = 0.1;
+  ASSERT_TRUE(loop.arm());
+  for (int k = 0; k < 5; ++k) loop.cycle();
+  EXPECT_LE(largest_without_sensor(loop, rig), 0.1) << "the force of the time before fades";
+  rig.valid = true;
+  loop.clear();
+  ASSERT_TRUE(loop.arm());
+  loop.stop();
+  loop.cycle();
+  EXPECT_EQ(rig.written.ux, 0) << "nothing was learned";
+}
+
+// Two samples hardly show the direction in which a rotor turned by four degrees.
+TEST_F(ReleaseRealtime, FewSamplesNeverFadeLargerThanTheForceThatWasSent) {
+  ForwardLaw turning;
+  turning.amplitude = 0;
+  Loop loop(rig, turning, clock, limits, options);
+  loop.cycle();
+  turning.amplitude = 1;
+  loop.cycle();
+  EXPECT_LE(largest_without_sensor(loop, rig), 4 / std::numbers::pi) << "of a square wave of 1 N";
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "whirl/core/control_types.hpp"
 
@@ -48,6 +49,12 @@ class SynchronousRelease {
     cos_ = std::cos(beta_);
     sin_ = std::sin(beta_);
   }
+  /// Nothing of the force before: the loop is armed anew. The angle is followed on.
+  void forget() noexcept {
+    cc_ = cs_ = ss_ = largest_ = 0;
+    x_ = y_ = {};
+    learnt_omega_ = 0;
+  }
   /// The force sent for a valid sample.
   void learn(const Command& u) noexcept {
     cc_ = keep_ * cc_ + cos_ * cos_;
@@ -56,6 +63,7 @@ class SynchronousRelease {
     x_ = {keep_ * x_[0] + u.ux * cos_, keep_ * x_[1] + u.ux * sin_};
     y_ = {keep_ * y_[0] + u.uy * cos_, keep_ * y_[1] + u.uy * sin_};
     learnt_omega_ = omega_;
+    largest_ = std::max({largest_, std::abs(u.ux), std::abs(u.uy)});
   }
   /// `fade` 1 to 0.
   Command force(double fade) const noexcept {
@@ -63,19 +71,23 @@ class SynchronousRelease {
     const double ridge = 1e-6 * (cc_ + ss_) + 1e-30;
     const double cc = cc_ + ridge, ss = ss_ + ridge, det = cc * ss - cs_ * cs_;
     const double ratio = learnt_omega_ != 0 ? omega_ / learnt_omega_ : 1;
-    const double g = fade * std::min(1.0, ratio * ratio) / det;
+    const double g = fade * std::min(1.0, ratio * ratio);
+    // Few samples do not show what turns: no fit is larger than that of a square wave of the largest force.
+    const double most = g * kSquareWave * largest_;
     const auto axis = [&](const std::array<double, 2>& r) {
-      return g * ((ss * r[0] - cs_ * r[1]) * cos_ + (cc * r[1] - cs_ * r[0]) * sin_);
+      const double fit = g / det * ((ss * r[0] - cs_ * r[1]) * cos_ + (cc * r[1] - cs_ * r[0]) * sin_);
+      return std::clamp(fit, -most, most);
     };
     return {axis(x_), axis(y_)};
   }
 
  private:
-  static constexpr double kMemory = 0.1;  // s
+  static constexpr double kMemory = 0.1;                           // s
+  static constexpr double kSquareWave = 4 * std::numbers::inv_pi;  // its first harmonic
   double sample_time_, keep_;
   double measured_beta_ = 0, beta_ = 0, omega_ = 0, omega_dot_ = 0, learnt_omega_ = 0;
   double cos_ = 1, sin_ = 0;
-  double cc_ = 0, cs_ = 0, ss_ = 0;
+  double cc_ = 0, cs_ = 0, ss_ = 0, largest_ = 0;  // of all since forget(): N, of an axis
   std::array<double, 2> x_{}, y_{};
 };
 

@@ -218,6 +218,7 @@ class Loop {
     if (safety_.trip != Fault::none) return false;
     armed_ = true;
     before_.valid = false;
+    release_.forget();
     bound_ = GapBound(options_.sample_time);
     safety_.invalid = 0;
     tell_rig();
