@@ -41,7 +41,14 @@ void WallTime::sleep_until(std::int64_t ns) const noexcept {
   }
 }
 
-RealtimeThread::RealtimeThread(const RealtimeOptions& o) {
+struct RealtimeThread::Before {
+  bool bound = false, scheduled = false;
+  cpu_set_t processors;
+  int policy = SCHED_OTHER;
+  sched_param scheduling{};
+};
+
+RealtimeThread::RealtimeThread(const RealtimeOptions& o) : before_(std::make_unique<Before>()) {
   if (o.lock_memory) {
     locked_ = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
     if (locked_) {
@@ -67,8 +74,10 @@ RealtimeThread::RealtimeThread(const RealtimeOptions& o) {
     cpu_set_t set;
     CPU_ZERO(&set);
     CPU_SET(static_cast<unsigned>(o.cpu), &set);
-    const int error = pthread_setaffinity_np(pthread_self(), sizeof set, &set);
-    if (error == 0) {
+    int error = pthread_getaffinity_np(pthread_self(), sizeof before_->processors, &before_->processors);
+    if (error == 0) error = pthread_setaffinity_np(pthread_self(), sizeof set, &set);
+    before_->bound = error == 0;
+    if (before_->bound) {
       granted_.push_back(fmt::format("on processor {}", o.cpu));
     } else {
       refused_.push_back(fmt::format("not bound to processor {} ({})", o.cpu, std::strerror(error)));
@@ -77,9 +86,10 @@ RealtimeThread::RealtimeThread(const RealtimeOptions& o) {
   if (o.priority > 0) {
     sched_param p{};
     p.sched_priority = o.priority;
-    const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &p);
-    fifo_ = error == 0;
-    if (fifo_) {
+    int error = pthread_getschedparam(pthread_self(), &before_->policy, &before_->scheduling);
+    if (error == 0) error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &p);
+    before_->scheduled = error == 0;
+    if (before_->scheduled) {
       granted_.push_back(fmt::format("SCHED_FIFO {}", o.priority));
     } else {
       refused_.push_back(
@@ -99,10 +109,8 @@ RealtimeThread::~RealtimeThread() {
 #ifdef __SSE__
   _mm_setcsr(control_);
 #endif
-  if (fifo_) {
-    const sched_param p{};
-    pthread_setschedparam(pthread_self(), SCHED_OTHER, &p);
-  }
+  if (before_->scheduled) pthread_setschedparam(pthread_self(), before_->policy, &before_->scheduling);
+  if (before_->bound) pthread_setaffinity_np(pthread_self(), sizeof before_->processors, &before_->processors);
   if (idle_handle_ >= 0) ::close(idle_handle_);
   if (locked_) munlockall();
 }

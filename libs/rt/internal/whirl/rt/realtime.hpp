@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,8 @@ struct RealtimeOptions {
 
 /// Makes the calling thread fit for a periodic loop while the object lives: memory locked and the stack touched,
 /// SCHED_FIFO, affinity of this thread alone, no deep idle states, denormal numbers flushed to zero. What the
-/// system refuses is listed, each with its remedy, and the loop may go on without.
+/// system refuses is listed, each with its remedy, and the loop may go on without. Its end gives affinity and
+/// scheduling back as they were.
 class RealtimeThread {
  public:
   explicit RealtimeThread(const RealtimeOptions& options);
@@ -32,8 +34,10 @@ class RealtimeThread {
   const std::vector<std::string>& refused() const { return refused_; }
 
  private:
+  struct Before;  ///< affinity and scheduling of the thread
+  std::unique_ptr<Before> before_;
   int idle_handle_ = -1;
-  bool locked_ = false, fifo_ = false;
+  bool locked_ = false;
   unsigned control_ = 0;
   std::vector<std::string> granted_, refused_;
 };
