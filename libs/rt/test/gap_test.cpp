@@ -314,5 +314,24 @@ TEST(LoopFaultRealtime, ALostBoardIsTheReasonAndTheForceIsZeroAtOnce) {
   }
 }
 
+/// What it is told before each read.
+struct ToldRig : ScriptRig {
+  long told = 0, at_read = -1;
+  void left_out(long ticks) noexcept { told = ticks; }
+  Measurement read() noexcept { return at_read = std::exchange(told, -1), next; }
+};
+
+TEST(GapReference, TheRigIsToldBeforeItIsReadHowManyTicksWereLeftOut) {
+  ToldRig rig;
+  RememberingLaw law;
+  ScriptClock clock;
+  Loop loop(rig, law, clock);
+  for (const long gap : {0L, 3L, 0L, 80L}) {
+    clock.gap = gap;
+    loop.cycle();
+    EXPECT_EQ(rig.at_read, gap);
+  }
+}
+
 }  // namespace
 }  // namespace whirl::rt

@@ -1,45 +1,19 @@
-// The rig on a clock that the test turns: each read() without a wait() is a tick.
 #include "whirl/rt/drivers/hardware_rig.hpp"
 
 #include <gtest/gtest.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <thread>
 
+#include "hand_rig.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rt/drivers/angle_tracker.hpp"
-#include "whirl/rt/drivers/optoncdt_line.hpp"
 #include "whirl/rt/faults.hpp"
 
 namespace whirl::rt {
 namespace {
-
-/// What the test says is what the board says.
-struct FakeBoard : Board {
-  struct State {
-    BoardReading reading;
-    bool answers = true, online = true;
-    int descriptor = -1;
-    BoardCommand written;
-  };
-  explicit FakeBoard(State& s) : state(s) {}
-  State& state;
-  bool read(BoardReading& out) noexcept override {
-    if (!state.answers) return false;
-    ++state.reading.tick;
-    out = state.reading;
-    return true;
-  }
-  void write(const BoardCommand& c) noexcept override { state.written = c; }
-  bool connected() const noexcept override { return state.online; }
-  int descriptor() const noexcept override { return state.descriptor; }
-};
 
 HardwareOptions analog() {
   HardwareOptions o;
@@ -51,8 +25,8 @@ HardwareOptions analog() {
 double volts(double milliampere, double shunt = 250) { return 1e-3 * milliampere * shunt; }
 
 struct HardwareRigRealtime : ::testing::Test {
-  FakeBoard::State board;
-  HardwareRig make(const HardwareOptions& o) { return HardwareRig(o, std::make_unique<FakeBoard>(board)); }
+  HandBoard::State board;
+  HardwareRig make(const HardwareOptions& o) { return HardwareRig(o, std::make_unique<HandBoard>(board)); }
   /// Inputs in mA; never twice the same, as real ones.
   Measurement tick(HardwareRig& rig, double x, double y, bool noise = true) {
     const double n = noise ? 1e-9 * static_cast<double>(++count) : 0;
@@ -197,6 +171,7 @@ TEST_F(HardwareRigRealtime, WhatABoardCannotSaySaysSo) {
 
 TEST_F(HardwareRigRealtime, AnExpiredBoardAndAStandingAngleTripTheArmedLoop) {
   HardwareRig rig = make(analog());
+  tick(rig, 12, 12);
   rig.arm(true);
   board.reading.omega = 100;
   int ticks = 0;
@@ -264,198 +239,57 @@ TEST_F(HardwareRigRealtime, OptionsOutOfRangeAreRefused) {
   });
 }
 
-/// A laser whose frames the test sends one by one.
-class HandLaser {
- public:
-  const std::string& device() const { return line_.device(); }
-  /// Streams while `make` runs, so that the start-up of the driver succeeds.
-  template <class Make>
-  static auto start(HandLaser& a, HandLaser& b, Make&& make) {
-    std::atomic<bool> over{false};
-    std::thread answering([&] {
-      while (!over) {
-        for (HandLaser* l : {&a, &b}) l->line_.answer(), l->send(32760), l->line_.flush();
-        std::this_thread::sleep_for(std::chrono::microseconds(100));
-      }
-    });
-    auto rig = make();
-    over = true;
-    answering.join();
-    return rig;
-  }
-  void send(std::uint32_t raw) { line_.send(raw, number_++); }
-  /// Hands over what was sent, and waits until it lies in the driver's line.
-  void deliver(const optoncdt::Sensor& sensor, int frames) {
-    line_.flush();
-    int waiting = 0;
-    for (int i = 0; i < 100000; ++i) {
-      if (::ioctl(sensor.descriptor(), FIONREAD, &waiting) == 0 && waiting >= 6 * frames) return;
-      std::this_thread::sleep_for(std::chrono::microseconds(100));
-    }
-    FAIL() << "the line does not carry";
-  }
-
- private:
-  optoncdt::DeviceLine line_;
-  std::uint64_t number_ = 1;
-};
-
-struct LaserRigRealtime : ::testing::Test {
-  FakeBoard::State board;
-  HandLaser x, y;
-  std::unique_ptr<HardwareRig> rig;
-  std::uint32_t wiggle = 0;
-
-  explicit LaserRigRealtime(int descriptor = -1) {
-    board.descriptor = descriptor;
-    HardwareOptions o;
-    for (std::size_t i = 0; i < 2; ++i) {
-      o.position[i].laser.device = (i == 0 ? x : y).device();
-      o.position[i].laser.timeout = 30;
-      o.position[i].offset = 5e-3;
-    }
-    o.position[1].direction = -1;
-    rig = HandLaser::start(x, y, [&] { return std::make_unique<HardwareRig>(o, std::make_unique<FakeBoard>(board)); });
-    // What was on its way while the driver started.
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    for (int k = 0; k < 50; ++k) tick(32760, 32760);
-    rig->arm(true);
-  }
-  /// Four frames of each laser, then the cycle; 0: the laser is silent.
-  Measurement tick(std::uint32_t of_x, std::uint32_t of_y) {
-    for (int i = 0; i < 2; ++i) {
-      HandLaser& laser = i == 0 ? x : y;
-      const std::uint32_t raw = i == 0 ? of_x : of_y;
-      if (raw == 0) continue;
-      for (int k = 0; k < 4; ++k) laser.send(raw < 262000 ? raw + ++wiggle % 2 : raw);
-      laser.deliver(*rig->laser(i), 4);
-    }
-    return rig->read();
-  }
-};
-
-TEST_F(LaserRigRealtime, DistancesBecomeDisplacementsByTheCalibration) {
-  const Measurement m = tick(32760 + 6424, 32760 + 6424);  // 1 mm of 10 mm further away
-  EXPECT_TRUE(m.valid);
-  EXPECT_NEAR(m.x, 1e-3, 2e-6);
-  EXPECT_NEAR(m.y, -1e-3, 2e-6);
-}
-
-TEST_F(LaserRigRealtime, AnErrorCodeIsNoDisplacementAndEndsWithTheNextFrame) {
-  EXPECT_TRUE(tick(40000, 40000).valid);
-  const Measurement m = tick(40000, 262076);
-  EXPECT_FALSE(m.valid);
-  EXPECT_TRUE(std::isfinite(m.y));
-  EXPECT_EQ(rig->state(0), InputState::good);
-  EXPECT_EQ(rig->state(1), InputState::sensor_error);
-  EXPECT_EQ(rig->sample(1).reading.error, optoncdt::SensorError::no_peak);
-  EXPECT_TRUE(tick(40000, 40000).valid);
-}
-
-TEST_F(LaserRigRealtime, ASilentLaserIsBridgedForItsMaxAgeOnly) {
-  EXPECT_TRUE(tick(40000, 40000).valid);
-  int bridged = 0;
-  while (bridged < 100 && tick(0, 40000).valid) ++bridged;
-  EXPECT_EQ(bridged, 5);
-  EXPECT_EQ(rig->state(0), InputState::too_old);
-  EXPECT_EQ(rig->state(1), InputState::good);
-  EXPECT_EQ(rig->late(0), 6);
-}
-
-// Laser and loop have clocks of their own: 0.9 per mille apart, they are a dozen ticks apart at the end.
-TEST_F(LaserRigRealtime, ClocksThatRunApartAreFollowed) {
-  long invalid = 0;
-  for (int k = 1; k <= 12 * 1100; ++k) {
-    const bool turn = k % 1100 == 0;
-    if (turn) {
-      for (int i = 0; i < 4; ++i) y.send(40000 + ++wiggle % 2);  // runs fast
-      y.deliver(*rig->laser(1), 4);
-    }
-    invalid += !tick(turn ? 0 : 40000, 40000).valid;  // runs slowly
-  }
-  EXPECT_EQ(invalid, 0);
-  // A laser that then falls silent is noticed as soon as any other.
-  int bridged = 0;
-  while (bridged < 100 && tick(40000, 0).valid) ++bridged;
-  EXPECT_LE(bridged, 7);
-}
-
-TEST_F(LaserRigRealtime, AStuckLaserIsNotValid) {
-  EXPECT_TRUE(tick(40000, 40000).valid);
-  for (int k = 0; k < 40; ++k) {
-    for (int i = 0; i < 4; ++i) x.send(41000);
-    x.deliver(*rig->laser(0), 4);
-    tick(0, 40000);
-  }
-  EXPECT_EQ(rig->state(0), InputState::stuck);
-  EXPECT_EQ(rig->state(1), InputState::good);
-}
-
-// Which frames belong to a tick is learned while disarmed. A network or a busy machine holds readings back while frames
-// still come, all at once or bit by bit; a board that starts anew counts from elsewhere.
-struct LateReadingsRealtime : LaserRigRealtime {
-  LateReadingsRealtime() : LaserRigRealtime(STDIN_FILENO) { rig->arm(false); }  // a clock that nobody waits for
-  /// The board is at `ticks` further on; its readings did not come.
-  void hold_back(int ticks) {
-    board.answers = false;
-    for (int k = 0; k < ticks; ++k) tick(40000, 40000);
-    board.reading.tick += static_cast<std::uint32_t>(ticks);
-    board.answers = true;
-  }
-  /// Ticks of the next hundred in which a frame was not new, or not valid.
-  long misaligned() {
-    const long before = rig->late(0) + rig->late(1);
-    long invalid = 0;
-    for (int k = 0; k < 100; ++k) invalid += !tick(40000, 40000).valid;
-    return rig->late(0) + rig->late(1) - before + invalid;
-  }
-};
-
-TEST_F(LateReadingsRealtime, ReadingsHeldBackOnceDoNotMakeEveryFrameSeemOld) {
-  for (const int ticks : {1, 3, 36, 200}) {
-    hold_back(ticks);
-    tick(40000, 40000);
-    EXPECT_EQ(misaligned(), 0) << ticks;
-  }
-}
-
-TEST_F(LateReadingsRealtime, ReadingsThatCatchUpBitByBitDoNotEither) {
-  for (int k = 0; k < 128; ++k) tick(40000, 40000);
+TEST_F(HardwareRigRealtime, ABoardThatWasNeverHeardIsAReasonNotToArm) {
   board.answers = false;
-  for (int k = 0; k < 36; ++k) tick(40000, 40000);
+  HardwareRig rig = make(analog());
+  EXPECT_EQ(rig.fault(), Fault::watchdog);
+  tick(rig, 12, 12);
+  EXPECT_EQ(rig.fault(), Fault::watchdog);
   board.answers = true;
-  for (int k = 0; k < 6; ++k) {
-    board.reading.tick += 6;
-    tick(40000, 40000);
-  }
-  EXPECT_EQ(misaligned(), 0);
+  tick(rig, 12, 12);
+  EXPECT_EQ(rig.fault(), Fault::none);
 }
 
-TEST_F(LateReadingsRealtime, ABoardThatCountsFromElsewhereIsAlignedAnew) {
-  for (const std::uint32_t by : {5000u, 0u - 7000u, 0u - 3u}) {
-    board.reading.tick += by;
-    ++board.reading.session;
-    for (int k = 0; k < 128; ++k) tick(40000, 40000);
-    rig->arm(true);
-    EXPECT_EQ(misaligned(), 0) << by;
-    rig->arm(false);
+// A wait in vain lasts as long as it was told, which may be many ticks.
+TEST_F(HardwareRigRealtime, SilenceCountsInTimeNotInCycles) {
+  board.descriptor = STDIN_FILENO;
+  board.once = true;
+  HardwareRig rig = make(analog());
+  rig.wait(1'000'000);
+  rig.read();
+  ASSERT_EQ(rig.fault(), Fault::none);
+  int cycles = 0;
+  for (; cycles < 100 && rig.fault() == Fault::none; ++cycles) {
+    EXPECT_EQ(rig.wait(20'000'000), 0);
+    rig.read();
   }
+  EXPECT_EQ(cycles, 3) << "of 20 ms each, where 50 ms are allowed";
 }
 
-// A converter between the lines and this machine hands over bunches: the newest frame of a bunch is of its tick.
-TEST_F(LateReadingsRealtime, FramesInBunchesBelongToTheTickInWhichTheyCome) {
-  constexpr int kBunch = 4;
-  long late = 0;
-  for (int k = 0; k < 50 * kBunch; ++k) {
-    const bool come = k % kBunch == kBunch - 1;
-    if (come) {
-      for (int i = 0; i < 4 * (kBunch - 1); ++i) x.send(40000 + ++wiggle % 2);
-    }
-    const long before = rig->late(0);
-    tick(come ? 40000 : 0, 40000);
-    if (come && k > 25 * kBunch) late += rig->late(0) - before;
-  }
-  EXPECT_EQ(late, 0);
+TEST_F(HardwareRigRealtime, ABoardWithoutAClockIsToldOfTicksLeftOut) {
+  HardwareRig rig = make(analog());
+  tick(rig, 12, 12);
+  rig.left_out(17);
+  EXPECT_NEAR(tick(rig, 12, 12).t, 19e-3, 1e-12);
+  EXPECT_EQ(board.left_out, 17);
+  EXPECT_NEAR(tick(rig, 12, 12).t, 20e-3, 1e-12);
+  EXPECT_EQ(board.left_out, 17);
+}
+
+TEST_F(HardwareRigRealtime, TheTachoIsToldOfEveryTickAndALostOneIsAReasonNotToArm) {
+  HardwareOptions o = analog();
+  o.tacho = 1;
+  HardwareRig rig = make(o);
+  tick(rig, 12, 12);
+  rig.follow_tacho(TachoTracker({}, 0, 100, 0));
+  tick(rig, 12, 12);
+  const double before = tick(rig, 12, 12).beta;
+  board.reading.tick += 99;
+  EXPECT_NEAR(tick(rig, 12, 12).beta - before, 10, 1e-6);
+  EXPECT_EQ(rig.fault(), Fault::none);
+  for (int k = 0; k < 400; ++k) tick(rig, 12, 12);
+  EXPECT_TRUE(rig.tacho()->lost());
+  EXPECT_EQ(rig.fault(), kEncoderStuck);
 }
 
 }  // namespace

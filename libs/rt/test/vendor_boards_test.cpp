@@ -50,6 +50,22 @@ TEST(AngleTrackerProperty, FollowsConstantAccelerationThroughTheWrapOfTheCounter
   EXPECT_NEAR(tracker.omega_dot(), kSlope, 1.5);
 }
 
+// Ticks that were left out move the filter on by their time.
+TEST(AngleTrackerProperty, FollowsThroughTicksLeftOut) {
+  constexpr double kH = 1e-3, kCounts = 4096, kSpeed = 150, kSlope = -12;
+  AngleTracker tracker(kCounts, 5, kH);
+  double worst = 0;
+  long gap = 1;
+  for (long k = 0; k <= 5000; k += gap) {
+    const double t = kH * static_cast<double>(k), angle = (kSpeed + 0.5 * kSlope * t) * t;
+    tracker.update(static_cast<std::int32_t>(std::floor(angle * kCounts / (2 * std::numbers::pi))), gap);
+    if (t > 1) worst = std::max(worst, std::abs(tracker.omega() - (kSpeed + kSlope * t)));
+    gap = k % 700 == 0 ? 80 : k % 10 == 0 ? 4 : 1;
+  }
+  EXPECT_LT(worst, 0.4);
+  EXPECT_NEAR(tracker.omega(), kSpeed + kSlope * 5, 0.4);
+}
+
 struct QuanserBoardTest : ::testing::Test {
   Fake fake{WHIRL_FAKE_HIL};
   double* input = fake.at<double>("fake_input");

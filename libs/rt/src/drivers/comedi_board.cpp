@@ -102,6 +102,7 @@ bool ComediBoard::read(BoardReading& out) noexcept {
   good = api_->data_read(api_->device, api_->counter, options_.encoder, 0, Api::kGround, &raw) >= 0 && good;
   if (!good) {
     connected_ = false;
+    ++ticks_;
     return false;
   }
   count(static_cast<std::int32_t>(raw << shift_), out);

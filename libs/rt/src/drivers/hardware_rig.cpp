@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 
 #include "whirl/core/error.hpp"
@@ -106,17 +107,20 @@ void HardwareRig::drain() noexcept {
   }
   // After the lasers: a board reading that was not held back on its way never seems older than the frames that came
   // with it.
+  if (by_board()) read_board();
+}
+
+void HardwareRig::read_board() noexcept {
   const BoardReading before = reading_;
-  if (board_->read(reading_)) {
-    read_tacho(before);
-    restarted_ = restarted_ || (armed_ && board_seen_ && reading_.session != before.session);
-    implausible_ = implausible_ || (armed_ && board_seen_ && !plausible(before));
-    // A board that counts from its beginning again goes on from where it was.
-    const auto ticks = static_cast<std::int32_t>(reading_.tick - before.tick);
-    const bool anew = reading_.session != before.session || ticks < 0;
-    if (board_seen_) board_tick_ += anew ? 1 : ticks;
-    board_seen_ = board_fresh_ = true;
-  }
+  if (!board_->read(reading_)) return;
+  read_tacho(before);
+  restarted_ = restarted_ || (armed_ && board_seen_ && reading_.session != before.session);
+  implausible_ = implausible_ || (armed_ && board_seen_ && !plausible(before));
+  // A board that counts from its beginning again goes on from where it was.
+  const auto ticks = static_cast<std::int32_t>(reading_.tick - before.tick);
+  const bool anew = reading_.session != before.session || ticks < 0;
+  if (board_seen_) board_tick_ += anew ? 1 : ticks;
+  board_seen_ = board_fresh_ = true;
 }
 
 void HardwareRig::follow_tacho(const TachoTracker& tracker) noexcept {
@@ -128,7 +132,8 @@ void HardwareRig::read_tacho(const BoardReading& before) noexcept {
   if (!tacho_) return;
   // A clock that was set, or a board that started anew: one tick.
   const auto ticks = static_cast<std::int32_t>(reading_.tick - before.tick);
-  const bool sane = board_seen_ && ticks > 0 && ticks * options_.sample_time <= options_.board_timeout;
+  const bool sane =
+      board_seen_ && reading_.session == before.session && ticks > 0 && ticks * options_.sample_time <= kTickJump;
   tacho_->update(reading_.analog[static_cast<std::size_t>(options_.tacho)], sane ? ticks : 1);
   reading_.beta = tacho_->beta();
   reading_.omega = tacho_->omega();
@@ -179,12 +184,8 @@ bool HardwareRig::encoder_dead() const noexcept {
   return turned > kTurned;
 }
 
-void HardwareRig::align() noexcept {
-  const bool by_board = board_->descriptor() >= 0;
-  const Axis& first = axes_[0].sensor ? axes_[0] : axes_[1];
-  if (by_board ? !board_seen_ : !first.seen) return;
-  const std::int64_t now = by_board ? board_tick_ : first.frame_tick();
-  if (!by_board && !first.alignment.known()) tick_ = now;
+void HardwareRig::align(std::int64_t now) noexcept {
+  if (by_board() && !board_seen_) return;
   for (Axis& a : axes_) {
     if (a.sensor && a.seen) a.alignment.see(now, now - a.frame_tick());
   }
@@ -203,7 +204,16 @@ void HardwareRig::follow_clocks() noexcept {
   for (Axis& a : axes_) {
     if (a.sensor && a.alignment.known()) a.alignment.move(moved(a.apart, a.tick()));
   }
-  if (board_->descriptor() >= 0 && board_seen_) board_tick_ += moved(board_apart_, board_tick_);
+  if (by_board() && board_seen_) board_tick_ += moved(board_apart_, board_tick_);
+}
+
+// Of the sources that say what a tick is: armed, the lasers do so too, so that a silent board does not end the control.
+std::int64_t HardwareRig::newest() const noexcept {
+  std::int64_t newest = by_board() && board_seen_ ? board_tick_ : INT64_MIN;
+  for (const Axis& a : axes_) {
+    if (a.sensor && a.alignment.known() && (armed_ || !by_board())) newest = std::max(newest, a.tick());
+  }
+  return newest == INT64_MIN ? tick_ : newest;
 }
 
 bool HardwareRig::complete(std::int64_t tick, bool all) const noexcept {
@@ -216,7 +226,7 @@ bool HardwareRig::complete(std::int64_t tick, bool all) const noexcept {
   const auto laser = [&](const Axis& a) {
     return reached(a.sensor && a.sensor->connected(), a.alignment.known(), a.tick());
   };
-  const bool b = reached(board_->descriptor() >= 0, board_seen_, board_tick_);
+  const bool b = reached(by_board(), board_seen_, board_tick_);
   return all ? b && laser(axes_[0]) && laser(axes_[1]) : b || laser(axes_[0]) || laser(axes_[1]);
 }
 
@@ -224,14 +234,16 @@ long HardwareRig::wait(std::int64_t timeout) noexcept {
   const WallTime time;
   std::int64_t deadline = time.now() + timeout;
   bool some = false;
+  // A laser, or the board, that started again left the tick ahead of what comes now: that is not waited for.
+  if (!armed_ && newest() < tick_) start_ -= tick_ - newest(), tick_ = newest();
   while (true) {
     drain();
-    if (!armed_) align();
+    if (!armed_ && !by_board() && first().seen && !first().alignment.known()) tick_ = first().frame_tick();
+    if (!armed_ && (by_board() || first().seen)) align(by_board() ? board_tick_ : first().frame_tick());
     const std::int64_t now = time.now();
-    const bool by_board = board_->descriptor() >= 0;
     // While the order of the samples is being learned, the board says what a tick is and everything that may still
     // come is waited for.
-    if (!some && (armed_ || !by_board ? complete(tick_ + 1, false) : board_tick_ > tick_)) {
+    if (!some && (armed_ || !by_board() ? complete(tick_ + 1, false) : board_tick_ > tick_)) {
       some = true;
       const double grace = armed_ ? options_.grace : std::min(options_.grace, 0.5 * options_.sample_time);
       deadline = std::min(deadline, now + static_cast<std::int64_t>(1e9 * grace));
@@ -241,7 +253,7 @@ long HardwareRig::wait(std::int64_t timeout) noexcept {
     if (now >= deadline) break;
     std::array<pollfd, 3> fds;
     nfds_t count = 0;
-    if (by_board && (!armed_ || board_tick_ <= tick_)) fds[count++] = {board_->descriptor(), POLLIN, 0};
+    if (by_board() && (!armed_ || board_tick_ <= tick_)) fds[count++] = {board_->descriptor(), POLLIN, 0};
     for (const Axis& a : axes_) {
       if (a.sensor && a.sensor->connected() && (!armed_ || !a.alignment.known() || a.tick() <= tick_)) {
         fds[count++] = {a.sensor->descriptor(), POLLIN, 0};
@@ -251,13 +263,15 @@ long HardwareRig::wait(std::int64_t timeout) noexcept {
     ::ppoll(fds.data(), count, &left, nullptr);
   }
   waited_ = true;
-  std::int64_t newest = board_->descriptor() >= 0 && board_seen_ ? board_tick_ : tick_;
-  for (const Axis& a : axes_) {
-    if (a.sensor && a.alignment.known() && (armed_ || board_->descriptor() < 0)) newest = std::max(newest, a.tick());
+  const std::int64_t advanced = newest() - tick_;
+  if (advanced <= 0) {
+    const long waited = std::max(std::lround(1e-9 * static_cast<double>(timeout) / options_.sample_time), 1L);
+    in_vain_ += waited, board_silent_ += waited;
+    return 0;
   }
-  const std::int64_t advanced = newest - tick_;
-  if (advanced <= 0) return 0;
-  tick_ = newest;
+  in_vain_ = 0;
+  board_silent_ += advanced;
+  tick_ = newest();
   return static_cast<long>(advanced);
 }
 
@@ -272,9 +286,9 @@ InputState HardwareRig::examine(Axis& a, const PositionInput& input) noexcept {
     if (!board_seen_) return InputState::no_sample;
     if (!(current >= kSmallestCurrent && current <= kLargestCurrent)) return InputState::current;
   } else {
-    if (!a.seen || !a.sensor->connected()) return InputState::no_sample;
+    if (!a.seen || !a.alignment.known() || !a.sensor->connected()) return InputState::no_sample;
     a.distance = a.newest.reading.distance;
-    const std::int64_t behind = a.alignment.known() ? tick_ - a.tick() : 0;
+    const std::int64_t behind = tick_ - a.tick() + in_vain_;
     if (behind > 0) ++a.late;
     if (static_cast<double>(behind) * options_.sample_time > options_.max_age) return InputState::too_old;
     if (a.newest.reading.error != optoncdt::SensorError::none) return InputState::sensor_error;
@@ -286,19 +300,19 @@ InputState HardwareRig::examine(Axis& a, const PositionInput& input) noexcept {
 Measurement HardwareRig::read() noexcept {
   if (!waited_) {  // the loop runs on a clock of its own: take what is there
     drain();
-    if (!armed_) align();
-    const Axis& first = axes_[0].sensor ? axes_[0] : axes_[1];
-    if (board_->descriptor() >= 0) {
-      tick_ = std::max(tick_, board_tick_);
-    } else if (!armed_ && first.alignment.known()) {
-      tick_ = first.tick();
-    } else {
-      ++tick_;
-    }
+    in_vain_ = 0;
+    board_silent_ += 1 + left_out_;
+    tick_ = !by_board() ? tick_ + 1 + left_out_ : armed_ ? std::max(tick_, board_tick_) : board_tick_;
+    if (!armed_) align(tick_);
+  }
+  if (!by_board()) {
+    board_->left_out(left_out_);
+    read_board();
   }
   waited_ = false;
+  left_out_ = 0;
   if (armed_) follow_clocks();
-  board_silent_ = board_fresh_ ? 0 : board_silent_ + 1;
+  if (board_fresh_) board_silent_ = 0;
   if (!armed_ || reading_.beta != last_beta_) {
     follow_angle();
     angle_repeated_ = 0;
@@ -349,12 +363,13 @@ void HardwareRig::arm(bool armed) noexcept {
 
 Fault HardwareRig::fault() const noexcept {
   if (reading_.done) return Fault::none;
+  if (!board_seen_) return Fault::watchdog;
   if (restarted_) return kBoardRestarted;  // which a watchdog would hide
   if (!board_->connected()) return board_->loss();
   if (armed_ && reading_.expired) return Fault::watchdog;
   if (static_cast<double>(board_silent_) * options_.sample_time > options_.board_timeout) return Fault::watchdog;
   if (implausible_) return kImplausible;
-  return encoder_dead() ? kEncoderStuck : Fault::none;
+  return (tacho_ && tacho_->lost()) || encoder_dead() ? kEncoderStuck : Fault::none;
 }
 
 }  // namespace whirl::rt

@@ -9,8 +9,9 @@
 namespace whirl::rt {
 
 void VendorBoard::count(std::int32_t encoder, BoardReading& out) noexcept {
-  angle_.update(encoder);
-  out.tick = ++tick_;
+  angle_.update(encoder, ticks_);
+  out.tick = tick_ += static_cast<std::uint32_t>(ticks_);
+  ticks_ = 1;
   out.beta = angle_.beta();
   out.omega = angle_.omega();
   out.omega_dot = angle_.omega_dot();
@@ -87,6 +88,7 @@ bool QuanserBoard::read(BoardReading& out) noexcept {
   if (api_->read(api_->card, options_.inputs.data(), 4, &options_.encoder, 1, nullptr, 0, nullptr, 0, out.analog.data(),
                  &encoder, nullptr, nullptr) < 0) {
     connected_ = false;
+    ++ticks_;
     return false;
   }
   count(encoder, out);

@@ -119,7 +119,8 @@ class GapBound {
 /// advance.
 ///
 /// Rig: `Measurement read()`, `void write(Command)`, `void advance()` (next tick; nothing on hardware); it may
-/// have `Fault fault()` (a reason to trip, e.g. its watchdog), `void arm(bool)` and `bool hold(const
+/// have `Fault fault()` (a reason to trip, e.g. its watchdog), `void arm(bool)`, `void left_out(long)`, told before
+/// `read()` how many ticks passed without a cycle, and `bool hold(const
 /// SynchronousRelease&)`: told every cycle what turns with the rotor in the force, it returns whether it sends that,
 /// turned on, in ticks for which no command comes (else the last command stands still, see longest_held_gap).
 /// Controller: `Expected<Command, Fault> step(const Measurement&)`, `void applied(const Command&)`. Clock: `long
@@ -159,6 +160,7 @@ class Loop {
     r.missed = clock_.wait();
     tick_ += 1 + r.missed;
     r.tick = tick_;
+    if constexpr (requires { rig_.left_out(r.missed); }) rig_.left_out(r.missed);
     r.measurement = rig_.read();
     r.armed = armed_;
     SafetyDecision decision;

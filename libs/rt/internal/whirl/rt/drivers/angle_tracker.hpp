@@ -16,16 +16,18 @@ class AngleTracker {
         h_(sample_time),
         q_(std::exp(-2 * std::numbers::pi * bandwidth * sample_time)) {}
 
-  void update(std::int32_t count) noexcept {
+  /// `ticks` after the last: more than 1 where some were left out.
+  void update(std::int32_t count, long ticks = 1) noexcept {
+    const double h = h_ * static_cast<double>(ticks), q = ticks == 1 ? q_ : std::pow(q_, ticks);
     if (!started_) last_ = count, started_ = true;
     total_ += static_cast<std::int32_t>(static_cast<std::uint32_t>(count) - static_cast<std::uint32_t>(last_));
     last_ = count;
-    smooth_ += h_ * (omega_ + 0.5 * h_ * omega_dot_);
-    omega_ += h_ * omega_dot_;
-    const double e = beta() - smooth_, p = 1 - q_;
-    smooth_ += (1 - q_ * q_ * q_) * e;
-    omega_ += 1.5 * p * p * (1 + q_) / h_ * e;
-    omega_dot_ += p * p * p / (h_ * h_) * e;
+    smooth_ += h * (omega_ + 0.5 * h * omega_dot_);
+    omega_ += h * omega_dot_;
+    const double e = beta() - smooth_, p = 1 - q;
+    smooth_ += (1 - q * q * q) * e;
+    omega_ += 1.5 * p * p * (1 + q) / h * e;
+    omega_dot_ += p * p * p / (h * h) * e;
   }
   double beta() const noexcept { return per_count_ * static_cast<double>(total_); }  ///< rad, continuous, 0 at first
   double omega() const noexcept { return omega_; }                                   ///< rad/s

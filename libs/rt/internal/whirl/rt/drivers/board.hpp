@@ -42,6 +42,8 @@ class Board {
   virtual int descriptor() const noexcept { return -1; }
   /// Why to trip while it is not connected. kBoardLost: it is gone for good, and nothing has to be waited for.
   virtual Fault loss() const noexcept { return Fault::watchdog; }
+  /// A board without a clock of its own is told before `read` how many ticks passed since the last one without a read.
+  virtual void left_out(long) noexcept {}
   /// In words, what ended the connection; empty when the board has nothing to say. Not for the loop's thread.
   virtual std::string failure() const { return {}; }
 };

@@ -55,9 +55,10 @@ std::string_view to_string(InputState state);
 /// Hardware behind the Rig concept: two displacement inputs, one board with angle, speed and two outputs. It is
 /// also the source of a SampleClock: `wait` blocks until the samples of the next tick are there.
 ///
-/// Ticks are those of the board (a board without a clock: of the first laser). A laser runs on its own; which of
-/// its frames belong to a tick is learned while the loop is disarmed, so a loop should stay disarmed for some
-/// tens of cycles at first. Armed, clocks that run apart are followed by one tick in a thousand at most.
+/// Ticks are those of the board. A board without a clock is read once in a cycle; ticks are then those of the first
+/// laser where the loop waits for samples, else those of the loop, which says how many were left out. A laser runs on
+/// its own; which of its frames belong to a tick is learned while the loop is disarmed, so a loop should stay disarmed
+/// for some tens of cycles at first. Armed, clocks that run apart are followed by one tick in a thousand at most.
 class HardwareRig {
  public:
   /// Opens the lasers. Throws Error for options out of range, a laser that does not start, a laser rate that is no
@@ -68,6 +69,7 @@ class HardwareRig {
   HardwareRig& operator=(const HardwareRig&) = delete;
 
   long wait(std::int64_t timeout) noexcept;
+  void left_out(long ticks) noexcept { left_out_ += ticks; }
   Measurement read() noexcept;
   void write(const Command& force) noexcept;
   void advance() const noexcept {}
@@ -118,10 +120,14 @@ class HardwareRig {
     std::int64_t frame_tick() const noexcept;  ///< of the laser's own count
     std::int64_t tick() const noexcept { return frame_tick() + alignment.offset(); }
   };
+  bool by_board() const noexcept { return board_->descriptor() >= 0; }
+  const Axis& first() const noexcept { return axes_[0].sensor ? axes_[0] : axes_[1]; }
+  std::int64_t newest() const noexcept;
   void drain() noexcept;
+  void read_board() noexcept;
   void read_tacho(const BoardReading& before) noexcept;
   bool complete(std::int64_t tick, bool all) const noexcept;
-  void align() noexcept;
+  void align(std::int64_t now) noexcept;
   void follow_clocks() noexcept;
   InputState examine(Axis& axis, const PositionInput& input) noexcept;
   void follow_angle() noexcept;
@@ -135,6 +141,8 @@ class HardwareRig {
   BoardReading reading_;
   bool board_seen_ = false, board_fresh_ = false;
   std::int64_t board_tick_ = 0, tick_ = 0, start_ = 0;
+  long left_out_ = 0;  ///< ticks without a cycle before this one
+  long in_vain_ = 0;   ///< ticks for which nothing came although it was waited for
   long board_silent_ = 0, board_apart_ = 0, angle_repeated_ = 0;
   double last_beta_ = 0;
   /// Angle of the last ticks up to its last change, newest last: how fast the rotor turned, and whether it slowed down,

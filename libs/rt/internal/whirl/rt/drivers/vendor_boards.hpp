@@ -23,10 +23,11 @@ struct VendorBoardOptions {
   double watchdog = 50e-3;                     ///< s
 };
 
-/// What both have: read once per tick of the loop, which counts for the board.
+/// What both have: read once per cycle of the loop, which counts the ticks for the board.
 class VendorBoard : public Board {
  public:
   bool connected() const noexcept override { return connected_; }
+  void left_out(long ticks) noexcept override { ticks_ += ticks; }
 
  protected:
   explicit VendorBoard(const VendorBoardOptions& options)
@@ -36,6 +37,7 @@ class VendorBoard : public Board {
 
   VendorBoardOptions options_;
   AngleTracker angle_;
+  long ticks_ = 1;  ///< from the last read to the next
   std::uint32_t tick_ = 0, answered_ = 0;
   bool connected_ = true, expired_ = false, output_ = false;
 };
