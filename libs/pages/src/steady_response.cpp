@@ -101,18 +101,37 @@ void see(const std::optional<RotorModel>& rotor, response::ResponseCurve& curve)
   for (response::CurveEvent& e : curve.events) e.solution = seen(std::move(e.solution), rotor);
 }
 
+/// The points where the curves are highest.
+void add_tops(const response::PeriodicSystem& system, const SteadyOptions& o, SteadyResponse& found) {
+  const response::Amplitude amplitude = [&](const response::PeriodicSolution& s) {
+    return found.amplitude(seen(s, found.turning ? found.rotor : std::nullopt));
+  };
+  const double range = std::abs(o.curve.to - o.curve.from);
+  response::add_peaks(system, found.curve, range, amplitude);
+  for (auto* others : {&found.branches, &found.isolas})
+    for (response::ResponseCurve& other : *others) response::add_peaks(system, other, range, amplitude);
+}
+
+/// Steps of the band over speed: a quarter of the width of a rotor's resonance, within what draws cost.
+int band_speeds(const SteadyOptions& o, const std::optional<RotorModel>& rotor) {
+  constexpr double kFewest = 200, kMost = 1000;
+  const double width = rotor ? std::abs(rotor->c) : 0, range = std::abs(o.curve.to - o.curve.from);
+  return static_cast<int>(std::clamp(width > 0 ? 4 * range / width : kFewest, kFewest, kMost));
+}
+
 /// Of an isotropic rotor without further forces the synchronous response is algebraic: a thousand draws. That of any
 /// other model from the curve itself.
 void add_band(const IdentifiedModel& model, const Forced& forced, const response::PeriodicSystem& system, double force,
               const SteadyOptions& o, SteadyResponse& found) {
   const bool rotor = forced.rotor.has_value();
+  const int speeds = band_speeds(o, forced.rotor);
   if (rotor && model.rotor_covariance.size() != 25) return;
   if (found.plain_rotor && forced.rotor->modes.empty() && forced.rotor->k1_conj == 0.0 && forced.rotor->c_conj == 0.0) {
     std::vector<double> covariance = model.rotor_covariance;
     for (std::size_t k = 0; k < 25; ++k) covariance[k] *= (k / 5 > 2 ? o.unbalance : 1) * (k % 5 > 2 ? o.unbalance : 1);
     const response::SynchronousBand plain = response::synchronous_band(
         *forced.rotor, covariance,
-        Eigen::VectorXd::LinSpaced(200, std::min(o.curve.from, o.curve.to), std::max(o.curve.from, o.curve.to)));
+        Eigen::VectorXd::LinSpaced(speeds, std::min(o.curve.from, o.curve.to), std::max(o.curve.from, o.curve.to)));
     found.band = {plain.omega, plain.upper_low, plain.upper_high, plain.peak_low, plain.peak_high, 1000, 0};
     return;
   }
@@ -131,7 +150,7 @@ void add_band(const IdentifiedModel& model, const Forced& forced, const response
       [&](const response::PeriodicSolution& s) {
         return found.amplitude(seen(s, found.turning ? seen_by : std::nullopt));
       },
-      draw);
+      draw, 400, speeds);
   if (found.band->lost > 0)
     found.summary.warn(fmt::format(
         "for {} of {} models drawn from the covariance no response was found: they are not in the 95 % interval",
@@ -301,6 +320,7 @@ SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions o) {
     const response::PeriodicSystem free(forced.model, free_forcing(o, found.turning));
     found.isolas = response::find_isolas(free, found.curve, found.turning ? 1 : o.amplitude, o.curve, found.branches);
   }
+  add_tops(system, o, found);
   add_band(model, forced, system, force, o, found);
   add_answers(system, o, found);
   if (o.peaks_to > 0) found.peaks = peaks_of(forced.model, o, found);

@@ -180,5 +180,97 @@ TEST(ResponseBandProperty, TheBandHasTheFoldsOfTheDrawnRotors) {
   EXPECT_LE(off, 4);  // at the ends of the upper branch a quantile jumps
 }
 
+/// A lightly damped rotor, the model that records of it could have given, and the answer of a linear one: e Omega / c.
+struct LightlyDamped {
+  IdentifiedModel model;
+  double peak = 0;  ///< of the true rotor, m
+  double critical = 0;
+};
+
+LightlyDamped lightly_damped(std::mt19937_64& random, bool further_force) {
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform;
+  LightlyDamped l;
+  l.critical = 120 + 120 * uniform(random);
+  const double zeta = 0.002 * std::pow(10, uniform(random)), e = 2e-5, open = 0.01 + 0.05 * uniform(random);
+  testing::Machine machine;
+  machine.k = l.critical * l.critical, machine.cubic = 0, machine.c = 2 * zeta * l.critical, machine.e = e;
+  l.model = testing::identified(machine);
+  if (further_force) l.model.parameters.emplace_back("gyroscopic", Estimate::from_sd(1e-9, 1e-10));
+  RotorModel& rotor = *l.model.rotor;
+  l.peak = e / (2 * zeta * std::sqrt(1 - zeta * zeta));
+  const double sd_k = 1e-5 * rotor.k1, sd_c = open * rotor.c, sd_e = 0.002 * e;
+  rotor.k1 += sd_k * normal(random), rotor.c += sd_c * normal(random), rotor.eps += sd_e * normal(random);
+  l.model.rotor_covariance.assign(25, 0.0);
+  l.model.rotor_covariance[0] = sd_k * sd_k, l.model.rotor_covariance[12] = sd_c * sd_c;
+  l.model.rotor_covariance[18] = l.model.rotor_covariance[24] = sd_e * sd_e;
+  return l;
+}
+
+SteadyResponse up_to(const LightlyDamped& l, double times_critical) {
+  SteadyOptions o;
+  o.curve.from = 0.15 * l.critical;
+  o.curve.to = times_critical * l.critical;
+  return steady_response(l.model, o);
+}
+
+// A resonance of a thousandth of the range lies between the speeds of a band: the interval of the largest response is
+// that of each drawn rotor's own peak.
+TEST(ResponseBandProperty, TheLargestResponseOfLightlyDampedRotorsLiesInAnIntervalThatNoRangeChanges) {
+  std::mt19937_64 random(77);
+  int rotors = 0, covered = 0;
+  for (const bool further : {false, true}) {
+    for (int k = 0; k < (further ? 3 : 30); ++k, ++rotors) {
+      const LightlyDamped l = lightly_damped(random, further);
+      const SteadyResponse near = up_to(l, 1.6), wide = up_to(l, 6.4);
+      ASSERT_TRUE(near.band && wide.band);
+      const RotorModel& r = *l.model.rotor;
+      const double zeta = r.c / (2 * std::sqrt(r.k1)), own = std::abs(r.eps) / (2 * zeta * std::sqrt(1 - zeta * zeta));
+      for (const SteadyResponse* found : {&near, &wide}) {
+        double most = 0;
+        for (const response::CurvePoint& p : found->curve.points) most = std::max(most, found->amplitude(p.solution));
+        EXPECT_NEAR(most / own, 1, 1e-6) << k;
+        EXPECT_LT(found->band->peak_low, most) << k;
+        EXPECT_GT(found->band->peak_high, most) << k;
+      }
+      const double width = near.band->peak_high - near.band->peak_low, close = (further ? 1e-2 : 1e-6) * width;
+      EXPECT_NEAR(wide.band->peak_low, near.band->peak_low, close) << k;
+      EXPECT_NEAR(wide.band->peak_high, near.band->peak_high, close) << k;
+      covered += near.band->peak_low <= l.peak && l.peak <= near.band->peak_high;
+    }
+  }
+  EXPECT_GE(covered, 0.88 * rotors);  // 95 % of 33, less two deviations
+}
+
+// What is known well has a narrow interval, and the answer lies in it all the same.
+TEST(ResponseBandProperty, AWellKnownRotorsLargestResponseLiesInItsInterval) {
+  std::mt19937_64 random(78);
+  for (const double cubic : {0.0, 2e6, -2e5}) {
+    for (int k = 0; k < 8; ++k) {
+      LightlyDamped l = lightly_damped(random, false);
+      l.model.rotor->k2 = cubic;
+      for (double& v : l.model.rotor_covariance) v *= 1e-6;
+      const SteadyResponse found = up_to(l, 3);
+      ASSERT_TRUE(found.band);
+      double most = 0;
+      for (const response::CurvePoint& p : found.curve.points)
+        if (p.stable) most = std::max(most, found.amplitude(p.solution));
+      EXPECT_LT(found.band->peak_low, most) << k << ' ' << cubic;
+      EXPECT_GT(found.band->peak_high, most) << k << ' ' << cubic;
+    }
+  }
+}
+
+// The band of the figure passes over the peak of the curve, however narrow.
+TEST(ResponseBandProperty, TheBandOverSpeedReachesTheTopOfANarrowResonance) {
+  std::mt19937_64 random(79);
+  for (int k = 0; k < 8; ++k) {
+    const LightlyDamped l = lightly_damped(random, k % 2 == 1);
+    const SteadyResponse found = up_to(l, 1.6);
+    ASSERT_TRUE(found.band);
+    EXPECT_GT(found.band->high.maxCoeff(), 0.9 * found.band->peak_high) << k;
+  }
+}
+
 }  // namespace
 }  // namespace whirl::pages

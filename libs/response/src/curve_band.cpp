@@ -1,6 +1,7 @@
 #include "whirl/response/curve_band.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -155,11 +156,26 @@ Line line(const std::vector<double>& along, const std::vector<double>& omega, co
   return l;
 }
 
+/// Place and height of the top of the parabola through three points, the middle one the highest.
+std::pair<double, double> top_of(const std::array<double, 3>& x, const std::array<double, 3>& y) {
+  const double a = x[1] - x[0], b = x[2] - x[1], middle = slope(x[0], x[1], x[2], y[0], y[1], y[2]);
+  const double bend = ((y[2] - y[1]) / b - (y[1] - y[0]) / a) / (a + b);  // half the second derivative
+  if (!(bend < 0)) return {x[1], y[1]};
+  return {x[1] - middle / (2 * bend), y[1] - middle * middle / (4 * bend)};
+}
+
+/// Between the points of a part too: the top of a narrow resonance need not be one of them.
 double peak(const std::vector<Line>& lines) {
   double most = 0;
-  for (const Line& l : lines)
-    for (std::size_t i = 0; i < l.stable.size(); ++i)
-      if (l.stable[i]) most = std::max({most, l.amplitude[i], l.amplitude[i + 1]});
+  for (const Line& l : lines) {
+    for (std::size_t i = 0; i < l.stable.size(); ++i) {
+      if (!l.stable[i]) continue;
+      most = std::max({most, l.amplitude[i], l.amplitude[i + 1]});
+      const bool inner = i > 0 && l.stable[i - 1];
+      if (inner && l.amplitude[i] >= l.amplitude[i - 1] && l.amplitude[i] >= l.amplitude[i + 1])
+        most = std::max(most, top_of({-1, 0, 1}, {l.amplitude[i - 1], l.amplitude[i], l.amplitude[i + 1]}).second);
+    }
+  }
   return most;
 }
 
@@ -182,14 +198,74 @@ Eigen::VectorXd largest(const std::vector<Line>& lines, const Eigen::VectorXd& o
   return top;
 }
 
+std::vector<double> heights(const ResponseCurve& curve, const Amplitude& amplitude) {
+  std::vector<double> values;
+  for (const CurvePoint& p : curve.points) values.push_back(amplitude(p.solution));
+  return values;
+}
+
+bool is_top(const std::vector<double>& height, std::size_t i) {
+  return i > 0 && i + 1 < height.size() && height[i] > height[i - 1] && height[i] >= height[i + 1];
+}
+
+/// Far apart in coefficients, of their size, and in speed, of the range.
+double apart(const PeriodicSolution& a, const PeriodicSolution& b, double range) {
+  const double size = std::max(a.coefficients.norm(), b.coefficients.norm());
+  return std::max(
+      1e-12, std::hypot((b.coefficients - a.coefficients).norm() / (size > 0 ? size : 1), (b.omega - a.omega) / range));
+}
+
+/// The curve's own point of largest amplitude between those around `top`, itself where there is none larger; and
+/// whether it lies beyond it.
+std::pair<CurvePoint, bool> highest_point(const PeriodicSystem& system, const ResponseCurve& curve, std::size_t top,
+                                          double range, const Amplitude& amplitude) {
+  const Index rows =
+      std::max({curve.points[top - 1].solution.coefficients.rows(), curve.points[top].solution.coefficients.rows(),
+                curve.points[top + 1].solution.coefficients.rows()});
+  std::array<PeriodicSolution, 3> near;
+  std::array<double, 3> along{}, height{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    near[k] = widened(curve.points[top + k - 1].solution, rows);
+    along[k] = k == 0 ? 0 : along[k - 1] + apart(near[k - 1], near[k], range);
+    height[k] = amplitude(near[k]);
+  }
+  CurvePoint best = curve.points[top];
+  const double start = along[1];
+  for (int round = 0; round < 6; ++round) {
+    const double t = std::clamp(top_of(along, height).first, along[0], along[2]);
+    if (std::abs(t - along[1]) < 1e-6 * (along[2] - along[0])) break;
+    // A guess on the parabola through the three, corrected across the curve.
+    const double a = t - along[0], b = t - along[1], c = t - along[2], ab = along[1] - along[0],
+                 bc = along[2] - along[1], ac = along[2] - along[0];
+    PeriodicSolution guess = near[1];
+    set_unknowns(guess, b * c / (ab * ac) * unknowns(near[0]) - a * c / (ab * bc) * unknowns(near[1]) +
+                            a * b / (ac * bc) * unknowns(near[2]));
+    PeriodicSolution found;
+    Eigen::VectorXd by;
+    if (!moved(system, station(system, guess, &near[0], &near[2], range), by, found)) break;
+    const double value = amplitude(found);
+    const bool higher = value > height[1], before = t < along[1];
+    if (higher) best.solution = found;
+    const std::size_t out = before == higher ? 2 : 0;  // the end that the three leave behind
+    if (higher) {
+      along[out] = along[1], height[out] = height[1], near[out] = near[1];
+      along[1] = t, height[1] = value, near[1] = found;
+    } else {
+      along[out] = t, height[out] = value, near[out] = found;
+    }
+  }
+  return {best, along[1] > start};
+}
+
 /// A curve of the middle system, ready to be moved to drawn ones.
 class Track {
  public:
   Track(const PeriodicSystem& system, const ResponseCurve& curve, double range, const Amplitude& amplitude)
       : amplitude_(amplitude) {
     std::vector<CurvePoint> p;  // every second point: cubics between them
+    const std::vector<double> height = heights(curve, amplitude);
     for (std::size_t i = 0; i < curve.points.size(); ++i)
-      if (i % 2 == 0 || i + 1 == curve.points.size()) p.push_back(curve.points[i]);
+      if (i % 2 == 0 || i + 1 == curve.points.size() || is_top(height, i)) p.push_back(curve.points[i]);
     for (std::size_t i = 0; i < p.size(); ++i) {
       const bool inner = i > 0 && i + 1 < p.size();
       const PeriodicSolution& s = p[i].solution;
@@ -209,10 +285,7 @@ class Track {
       const PeriodicSolution a =
           widened(p[i - 1].solution, std::max(s.coefficients.rows(), p[i - 1].solution.coefficients.rows()));
       const PeriodicSolution b = widened(s, a.coefficients.rows());
-      const double size = std::max(a.coefficients.norm(), b.coefficients.norm());
-      const double far =
-          std::hypot((b.coefficients - a.coefficients).norm() / (size > 0 ? size : 1), (b.omega - a.omega) / range);
-      along_.push_back(previous + std::max(far, 1e-12));
+      along_.push_back(previous + apart(a, b, range));
     }
   }
 
@@ -297,6 +370,18 @@ std::pair<double, double> middle(const Eigen::MatrixXd& tops, Index column, Inde
 }
 
 }  // namespace
+
+void add_peaks(const PeriodicSystem& system, ResponseCurve& curve, double range, const Amplitude& amplitude) {
+  const std::vector<double> height = heights(curve, amplitude);
+  for (std::size_t i = curve.points.size(); i-- > 0;) {
+    if (!is_top(height, i)) continue;
+    auto [top, beyond] = highest_point(system, curve, i, range, amplitude);
+    if (!(amplitude(top.solution) > height[i])) continue;
+    const std::size_t at = beyond ? i + 1 : i;
+    curve.points.insert(curve.points.begin() + static_cast<std::ptrdiff_t>(at), std::move(top));
+    for (CurveEvent& e : curve.events) e.after += e.after >= at;
+  }
+}
 
 CurveBand curve_band(const PeriodicSystem& system, const std::vector<ResponseCurve>& curves, double force,
                      const CurveOptions& options, const Amplitude& amplitude, const DrawSystem& draw, int draws,

@@ -78,6 +78,24 @@ std::vector<double> roots(const RotorModel& r, double w) {
   return found;
 }
 
+/// Largest radius of the answers whose radius has its maximum over speed in the range; 0 where none has. At a given
+/// radius the balance is a quadratic in w: at a maximum its two roots meet, which is a quadratic in rho. A resonance
+/// may be far narrower than the steps of a grid.
+double own_peak(const RotorModel& r, double from, double to) {
+  const double e2 = std::norm(r.eps), c2 = r.c * r.c;
+  const double a = 4 * r.k2 * (e2 * r.k2 - c2), b = c2 * c2 - 4 * r.k1 * c2 + 8 * e2 * r.k1 * r.k2,
+               d = 4 * e2 * r.k1 * r.k1, inner = b * b - 4 * a * d;
+  if (!(inner >= 0)) return 0;
+  const double q = -0.5 * (b + std::copysign(std::sqrt(inner), b));
+  double most = 0;
+  for (const double rho : {q / a, d / q}) {
+    if (!std::isfinite(rho) || !(rho > e2)) continue;
+    const double w = 0.5 * rho * (2 * (r.k1 + r.k2 * rho) - c2) / (rho - e2);
+    if (w >= from * from && w <= to * to) most = std::max(most, rho);
+  }
+  return std::sqrt(most);
+}
+
 }  // namespace
 
 std::complex<double> modes_vector(const RotorModel& rotor, double omega) {
@@ -113,7 +131,7 @@ SynchronousBand synchronous_band(const RotorModel& rotor, const std::vector<doub
   Eigen::VectorXd peaks(draws);
   for (int d = 0; d < draws; ++d) {
     const RotorModel r = draw();
-    double peak = 0;
+    double peak = own_peak(r, omega.minCoeff(), omega.maxCoeff());
     for (Index k = 0; k < omega.size(); ++k) {
       const std::vector<double> rho = roots(r, omega[k] * omega[k]);
       lower(d, k) = rho.empty() ? 0 : std::sqrt(rho.front());

@@ -30,7 +30,7 @@ std::complex<double> modes_vector(const RotorModel& rotor, double omega);
 double seen_radius(const RotorModel& rotor, const SynchronousPoint& answer);
 
 /// Band over the covariance of (k1, k2, c, eps_re, eps_im): quantiles 2.5, 50 and 97.5 % of the lowest and of the
-/// highest stable radius at every speed, and of the peak.
+/// highest stable radius at every speed, and of each drawn rotor's own peak in the range, between the speeds too.
 struct SynchronousBand {
   Eigen::VectorXd omega, low, middle,
       high;                               ///< of the answer that a slow run-up follows (smallest stable one from below)

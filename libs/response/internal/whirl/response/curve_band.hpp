@@ -21,6 +21,10 @@ struct CurveBand {
 /// The next drawn system; empty: the draw has none (counted as lost).
 using DrawSystem = std::function<std::optional<PeriodicSystem>()>;
 
+/// Adds to a curve over speed (of the width `range`) the points where its amplitude is largest: a narrow resonance has
+/// its top between two points.
+void add_peaks(const PeriodicSystem& system, ResponseCurve& curve, double range, const Amplitude& amplitude);
+
 /// `curves`: the main curve over speed at `force` of `system`, that the draws scatter about, then those beside it.
 /// Every second point moves in the plane across its curve to the answer of the drawn system; so folds move with the
 /// rest, and a point is taken for stable where that of the middle is (a curve without a stable point counts whole).
