@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "formats/csv/csv_header.hpp"
 #include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/frf_csv.hpp"
@@ -21,10 +22,27 @@ std::string to_string(const CsvDialect& d) {
 
 namespace {
 
+/// The names that commands of rotors need, where a file has displacements and none is called x or y; else empty.
+std::string proposed_names(const std::vector<CsvColumn>& columns) {
+  bool moves = false;
+  std::vector<detail::Heading> headings;
+  for (const CsvColumn& c : columns) {
+    if (c.name == "x" || c.name == "y") return "";
+    moves = moves || c.unit->quantity == Quantity::displacement;
+    headings.push_back(detail::parse_heading(c.header));
+    headings.back().name = c.name;
+    headings.back().unit = c.unit;
+  }
+  if (!moves) return "";
+  return "no channel is called x or y; where they are the displacements of a rotor: --columns " +
+         detail::proposed_columns(headings, false, {"x_mm", "y_mm", "beta_rad"});
+}
+
 SignalFile signals_from_csv(const std::filesystem::path& path, const CsvOptions& options) {
   SignalFile file;
   CsvDialect dialect;
-  const bool timed = options.rate.has_value() || CsvStream(path, options).time_column() >= 0;
+  const CsvStream head(path, options);
+  const bool timed = options.rate.has_value() || head.time_column() >= 0;
   SignalTable table;
   std::vector<Channel> channels;
   if (timed) {
@@ -34,6 +52,8 @@ SignalFile signals_from_csv(const std::filesystem::path& path, const CsvOptions&
     table.step = recording.dt;
     channels = std::move(recording.channels);
     file.format = to_string(dialect);
+    if (std::string names = proposed_names(head.columns()); options.columns.empty() && !names.empty())
+      file.findings.push_back(std::move(names));
   } else {
     channels = read_table(path, options).columns;
     file.format = "CSV table";

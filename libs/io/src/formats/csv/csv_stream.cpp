@@ -38,13 +38,11 @@ struct CsvStream::State : detail::CsvLines {
   std::vector<CsvColumn> columns;
   std::vector<detail::Heading> header;  // of the file; texts are empty when it has none
   std::vector<int> target;              // per file column: index in `columns`, -1 when not read
-  long first_line = 0;
+  long first_line = 0, units_line = 0;
   int time = -1;
   int decimals = 0;
   bool exponent = false;
-  bool decimal_known = false;
-
-  bool blank_seen = false;
+  bool decimal_known = false, blank_seen = false;
 
   detail::StampColumns stamps;
 
@@ -180,6 +178,7 @@ struct CsvStream::State : detail::CsvLines {
         if (units) return;
         units = placed(line + 1, [&] { return detail::take_units(header, fields_of(text)); });
         if (!units) return;
+        units_line = line + 1;
       }
       begin += newline + 1;
       ++line;
@@ -240,19 +239,19 @@ struct CsvStream::State : detail::CsvLines {
   void add_column(const detail::ColumnChoice& choice, const std::string& written) {
     if (choice.name.empty()) fail(fmt::format("column {} has no name", choice.heading + 1));
     if (!choice.unit) {
-      std::string problem = "column " + unit_problem(shown(written));
       if (const std::optional<long> at = header_line())
         fail(fmt::format("line {} looks like the header: --header-line {} (column '{}' of this line has no unit)", *at,
                          *at, shown(written)));
-      fail(problem.substr(0, problem.rfind("; allowed units")) + ", or name the columns: --columns " +
-           detail::proposed_columns(header, false, options.required) +
-           (written.find('_', 1) != std::string::npos ? problem.substr(problem.rfind("; allowed units")) : ""));
+      const detail::Heading& h = header[choice.heading];
+      fail(detail::unit_failure(header, choice.heading, written, options.required), h.label.empty() ? -1 : units_line);
     }
     for (const CsvColumn& other : columns) {
       if (other.name == choice.name)
         fail(fmt::format("two columns are called '{}'; name those you need by their numbers: --columns {}",
                          shown(choice.name), detail::proposed_columns(header, true, options.required)));
     }
+    if (const std::string said = detail::dropped_kind(header[choice.heading], choice); !said.empty())
+      remark(source.name(), said);
     const int at = static_cast<int>(columns.size());
     target[choice.heading] = at;
     detail::Heading named = header[choice.heading];
