@@ -210,7 +210,8 @@ RecordRun record_disarmed(const IoSettings& io, const RealtimeRunOptions& option
                        .stop = options.stop});
   writer.finish(run);
   run.cycles = writer.rows();
-  if (run.cycles == 0) run.summary.fail(run.loop.reason);
+  if (run.cycles == 0 || run.loop.cut_short) run.summary.fail(run.loop.reason);
+  if (const std::string failure = rig.board_failure(); !failure.empty()) run.summary.fail("board " + failure);
   return run;
 }
 

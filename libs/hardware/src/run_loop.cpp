@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "whirl/core/error.hpp"
+#include "whirl/core/tell.hpp"
 #include "whirl/hardware/loop_samples.hpp"
 #include "whirl/rt/loop.hpp"
 #include "whirl/rt/loop_control.hpp"
@@ -18,6 +19,8 @@ namespace whirl::hardware {
 namespace {
 
 constexpr std::int64_t kAfterTrip = 500'000'000;  // ns that are still recorded when the force is zero
+constexpr std::int64_t kJump = 1'000'000'000;     // ns by which a board's clock may be ahead of what has passed
+constexpr const char *kStopped = "stopped by a signal", *kSilent = "the board does not answer";
 
 /// Stands in when there is nothing to control.
 struct NoController {
@@ -35,42 +38,75 @@ struct Shared {
   rt::LoopControl nobody;
   rt::LoopControl* control = &nobody;
   StopRequest stop = never_stop;
+  double seconds = 0, patience = 0;                     ///< LoopRunOptions
   bool attended() const { return control != &nobody; }  ///< somebody may clear a trip
+  bool ends() const { return stop() || abandon; }       ///< is wanted to
 };
 
+/// A board that says nothing, by the time that passes meanwhile: a cycle may be as long as the watchdog's time.
+class Silence {
+ public:
+  Silence(const IoSettings& io, double patience) noexcept
+      : heard_(rt::WallTime{}.now()), longest_(static_cast<std::int64_t>(1e9 * patience) + io.watchdog_ns()) {}
+  /// After each cycle: is it too long, or the board lost?
+  bool ends(Fault of_rig, std::int64_t now) noexcept {
+    if (of_rig != Fault::watchdog) heard_ = now;
+    return of_rig == rt::kBoardLost || now - heard_ > longest_;
+  }
+
+ private:
+  std::int64_t heard_, longest_;
+};
+
+/// The cycles without force before the run, the last of them `r`: sensors and board are checked. Why there is no run;
+/// empty: they are fit for it.
+template <class Loop, class Clock>
+const char* settle(const IoSettings& io, rt::HardwareRig& rig, Loop& loop, const Clock& clock, Silence& silence,
+                   const Shared& shared, rt::CycleRecord& r) {
+  r.measurement.valid = false;
+  // A machine that was busy elsewhere at this very moment may see an old sample: the next one is waited for.
+  const auto unfit = [&] { return !r.measurement.valid && rig.fault() == Fault::none; };
+  const auto early = [&] { return io.clock == "lockstep" && rig.board().tick % kLockstepCycle != 0; };
+  const int longest = std::max(10 * io.settle, io.settle + static_cast<int>(kLockstepCycle));
+  // The board answers to whoever commands it: unasked, its first tick would be waited for in vain for a watchdog's
+  // time.
+  rig.write({});
+  for (int k = 0; k < io.settle || ((unfit() || early()) && k < longest); ++k) {
+    if (shared.ends()) return kStopped;
+    r = loop.cycle();
+    if (silence.ends(rig.fault(), clock.started())) break;
+  }
+  if (shared.ends()) return kStopped;
+  if (rig.fault() != Fault::none) return kSilent;
+  return r.measurement.valid ? "" : "a displacement is not valid";
+}
+
 template <class Law, class Clock>
-void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, double seconds, Shared& shared) {
+void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, Shared& shared) {
   LoopOutcome& out = shared.outcome;
   rt::ControlledLaw controlled(law, *shared.control);
   rt::Loop loop(rig, controlled, clock, io.limits(), io.loop());
   constexpr bool kControls = std::is_same_v<Law, control::Controller>;
   rt::CycleRecord r;
-  // A machine that was busy elsewhere at this very moment may see an old sample: the next one is waited for.
-  const auto unfit = [&] { return !r.measurement.valid && rig.fault() == Fault::none; };
-  const bool lockstep = io.clock == "lockstep";
-  const auto early = [&] { return lockstep && rig.board().tick % kLockstepCycle != 0; };
-  const int longest = std::max(10 * io.settle, io.settle + static_cast<int>(kLockstepCycle));
-  // The board answers to whoever commands it: unasked, its first tick would be waited for in vain for a watchdog's
-  // time.
-  rig.write({});
-  for (int k = 0; (k < io.settle || ((unfit() || early()) && k < longest)) && !shared.stop(); ++k) {
-    r = loop.cycle();
-    if (rig.fault() == rt::kBoardLost) break;
+  Silence silence(io, shared.patience);
+  out.reason = settle(io, rig, loop, clock, silence, shared, r);
+  if (out.reason.empty()) {
+    if (kControls) {
+      out.armed = loop.arm();
+    } else {
+      rig.start();
+    }
   }
   const long first = r.tick + 1;
   // Nothing of the machine's own speed gets into a run in lockstep.
+  const bool lockstep = io.clock == "lockstep";
   const std::int64_t period = std::llround(1e9 / io.rate);
   const auto time_of = [&](std::int64_t machine) { return lockstep ? period * (r.tick - first + 1) : machine; };
-  if (!r.measurement.valid || rig.fault() != Fault::none) {
-    out.reason = rig.fault() != Fault::none ? "the board does not answer" : "a displacement is not valid";
-  } else if (kControls) {
-    out.armed = loop.arm();
-  } else {
-    rig.start();
-  }
   for (int i = 0; i < 2; ++i) out.inputs[static_cast<std::size_t>(i)] = rig.state(i);
-  const long last = seconds > 0 ? first + std::lround(seconds * io.rate) : std::numeric_limits<long>::max();
-  std::int64_t tripped = 0;  // when
+  const double seconds = shared.seconds;
+  long last = seconds > 0 ? first + std::lround(seconds * io.rate) : std::numeric_limits<long>::max();
+  const bool by_board = io.hardware.position[0].laser.device.empty() || io.hardware.position[1].laser.device.empty();
+  std::int64_t tripped = 0, before = clock.started();  // when; start of the cycle before
   while (out.reason.empty()) {
     shared.control->apply(loop, [&]() noexcept { law.reset(); });
     r = loop.cycle();
@@ -78,7 +114,13 @@ void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, 
     rt::LoopSample s = sample_of(r, time_of(clock.scheduled()), time_of(clock.started()));
     if constexpr (kControls) add_internals(s, law);
     s.tick -= first;
+    // What a silent board said last is no sample.
+    if (by_board && rig.fault() == Fault::watchdog) s.flags &= ~static_cast<std::int32_t>(rt::kValid);
     shared.queue.push(s);
+    // Ticks of a board's clock that was set forward are no time that has passed.
+    const std::int64_t passed = clock.started() - before;
+    before = clock.started();
+    if (!lockstep && period * r.missed > passed + kJump && seconds > 0) last += r.missed - passed / period;
     if (r.trip != out.trip) {
       out.trip = r.trip;
       tripped = r.trip != Fault::none ? now : 0;
@@ -86,13 +128,17 @@ void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, 
       for (int i = 0; i < 2; ++i) out.inputs[static_cast<std::size_t>(i)] = rig.state(i);
     }
     if (r.releasing) tripped = now;
-    const bool asked_to_end = shared.stop() || shared.abandon;
+    const bool asked_to_end = shared.ends();
     if (asked_to_end && out.trip == Fault::none) {
       if (!loop.armed()) break;
       loop.stop();
     }
+    if (!kControls && silence.ends(rig.fault(), clock.started())) {
+      out.cut_short = true;
+      out.reason = kSilent;
+    }
     // In lockstep a rig that has gone away brings no more ticks either.
-    const bool enough = now - tripped > kAfterTrip || (lockstep && clock.fault() == Fault::watchdog);
+    const bool enough = now - tripped > kAfterTrip || (lockstep && clock.own_fault() == Fault::watchdog);
     const bool recorded = tripped > 0 && enough && (asked_to_end || !shared.attended());
     if (rig.done() || r.tick >= last || recorded) break;
   }
@@ -100,7 +146,7 @@ void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, 
 }
 
 template <class Law>
-void with_clock(const IoSettings& io, rt::HardwareRig& rig, Law& law, double seconds, Shared& shared) {
+void with_clock(const IoSettings& io, rt::HardwareRig& rig, Law& law, Shared& shared) {
   const rt::RealtimeThread realtime(io.realtime);
   shared.outcome.granted = realtime.granted();
   shared.outcome.refused = realtime.refused();
@@ -108,11 +154,11 @@ void with_clock(const IoSettings& io, rt::HardwareRig& rig, Law& law, double sec
   rt::WallTime time;
   if (io.clock == "wall") {
     rt::ControlledClock<rt::PacedClock<rt::WallTime>> clock(*shared.control, time, io.pace());
-    cycles(io, rig, law, clock, seconds, shared);
+    cycles(io, rig, law, clock, shared);
   } else {
     rt::ControlledClock<rt::SampleClock<rt::HardwareRig, rt::WallTime>> clock(*shared.control, rig, time, io.pace(),
                                                                               io.watchdog_ns());
-    cycles(io, rig, law, clock, seconds, shared);
+    cycles(io, rig, law, clock, shared);
   }
 }
 
@@ -123,13 +169,16 @@ LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Contro
   Shared shared;
   if (options.control) shared.control = options.control;
   shared.stop = options.stop;
+  shared.seconds = options.seconds;
+  shared.patience = options.patience;
+  const BrokenPipeIgnored no_signal;  // what is said meanwhile may go nowhere
   std::thread thread([&] {
     NoController none;
     try {
       if (controller) {
-        with_clock(io, rig, *controller, options.seconds, shared);
+        with_clock(io, rig, *controller, shared);
       } else {
-        with_clock(io, rig, none, options.seconds, shared);
+        with_clock(io, rig, none, shared);
       }
     } catch (...) {  // ~Loop has sent zero where there was a force; nothing is allocated, memory may be what is missing
       rig.arm(false);
@@ -147,22 +196,32 @@ LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Contro
       thread.join();
     }
   };
-  std::string take_failure;
+  std::string failure;
+  // What is done with a cycle afterwards must not take the force from the rotor.
+  const auto aside = [&](auto&& act) {
+    try {
+      act();
+    } catch (const std::exception& e) {
+      if (failure.empty()) tell("whirl: {}; the loop runs on\n", e.what());
+      failure = e.what();
+    }
+  };
   {
     const Joiner joiner{shared, thread};
     bool told = false;
     rt::LoopSample s;
     for (bool over = false; !over;) {
       over = shared.over;
-      if (shared.ready && !told && options.started) options.started(shared.outcome), told = true;
+      if (shared.ready && !told) {
+        told = true;
+        aside([&] {
+          if (options.started) options.started(shared.outcome);
+        });
+      }
       while (shared.queue.pop(s)) {
-        // What is done with a cycle afterwards must not take the force from the rotor.
-        try {
+        aside([&] {
           if (options.take) options.take(s);
-        } catch (const std::exception& e) {
-          if (take_failure.empty()) fmt::print(stderr, "whirl: {}; the loop runs on\n", e.what());
-          take_failure = e.what();
-        }
+        });
       }
       if (!over) std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
@@ -175,10 +234,10 @@ LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Contro
       throw Error(fmt::format("the loop ended by an error: {}", e.what()));
     }
   }
-  if (!take_failure.empty()) throw Error(take_failure);
+  if (!failure.empty()) throw Error(failure);
   out.dropped_records = shared.queue.dropped();
   if (out.reason.empty()) {
-    out.reason = shared.stop()                  ? "stopped by a signal"
+    out.reason = shared.stop()                  ? kStopped
                  : out.trip == Fault::requested ? "stopped by the user"
                  : out.trip != Fault::none      ? "trip: " + std::string(to_string(out.trip))
                  : rig.done()                   ? "the run is over"

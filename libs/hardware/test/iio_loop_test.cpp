@@ -124,6 +124,22 @@ TEST_F(IioLoopE2e, AKilledDaemonEndsTheRunWithItsOwnReason) {
   EXPECT_THAT(r.summary.warnings[1], HasSubstr("board iio " + tree->uri()));
 }
 
+TEST_F(IioLoopE2e, AKilledDaemonEndsARecordingToo) {
+  RealtimeRunOptions options;
+  options.seconds = 60;
+  options.record = folder.path() / "record.h5";
+  long rows = 0;
+  options.take = [&](const rt::LoopSample&) {
+    if (++rows == 100) tree->kill();
+  };
+  const RecordRun r = record_disarmed(read_io(folder.path() / "io.toml"), options);
+  EXPECT_EQ(r.loop.reason, "the board does not answer");
+  EXPECT_GE(r.cycles, 100);
+  EXPECT_EQ(r.summary.status, Status::unusable);
+  ASSERT_EQ(r.summary.warnings.size(), 2u);
+  EXPECT_THAT(r.summary.warnings[1], HasSubstr("board iio " + tree->uri()));
+}
+
 TEST_F(IioLoopE2e, SamplesThatStayAwayAreTheWatchdogsAndTheForceIsZero) {
   const RealtimeRun r = run([this] { whirling->end(); });
   EXPECT_EQ(r.loop.trip, Fault::watchdog) << r.loop.reason;

@@ -3,6 +3,7 @@
 #include "run_io.hpp"
 #include "stop_signal.hpp"
 #include "whirl/core/counted.hpp"
+#include "whirl/core/tell.hpp"
 #include "whirl/hardware/realtime_run.hpp"
 #include "whirl/hardware/replay.hpp"
 #include "whirl/io/csv.hpp"
@@ -52,7 +53,7 @@ void add_record(CommandLine& app, Session& session) {
         options.record = o->out;
         options.texts = {{"settings", io::read_text(o->io)}, {"command_line", session.command_line}};
         options.stop = stop_requested;
-        options.note = [](const std::string& line) { fmt::print(stderr, "whirl: {}\n", line); };
+        options.note = [](const std::string& line) { tell("whirl: {}\n", line); };
         const hardware::RecordRun run = hardware::record_disarmed(io, options);
         for (const std::string& text : run.angle) session.say(text);
         session.say(fmt::format("{}: {}, {} left out, {} dropped; {}", o->out, counted(run.cycles, "cycle"),

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "stop_signal.hpp"
+#include "whirl/core/tell.hpp"
 #include "whirl/hardware/realtime_run.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/model_json.hpp"
@@ -88,7 +89,7 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
                    {"settings", io::read_text(o.io)},
                    {"command_line", session.command_line}};
   options.started = [](const hardware::LoopOutcome& at_start) {
-    for (const std::string& text : at_start.refused) fmt::print(stderr, "whirl: real time: {}\n", text);
+    for (const std::string& text : at_start.refused) tell("whirl: real time: {}\n", text);
   };
   if (view) {
     options.take = [&](const rt::LoopSample& s) { view->take(s); };
@@ -96,7 +97,7 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
   }
   options.stop = stop_requested;
   options.note = [&](const std::string& line) {
-    fmt::print(stderr, "whirl: {}: {}\n", o.record, line);
+    tell("whirl: {}: {}\n", o.record, line);
     if (view) view->note(line);
   };
   const hardware::RealtimeRun run = hardware::run_realtime(design, io, options);

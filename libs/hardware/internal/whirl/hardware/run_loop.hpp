@@ -19,6 +19,7 @@ struct LoopOutcome {
   long trip_tick = -1;
   std::string reason;                         ///< why it ended
   bool armed = false;                         ///< it ever was
+  bool cut_short = false;                     ///< without a controller: the board fell silent or was lost
   std::array<rt::InputState, 2> inputs{};     ///< of x and y at the trip, or at the end
   std::vector<std::string> granted, refused;  ///< real-time properties
   std::uint64_t dropped_records = 0;
@@ -30,11 +31,13 @@ using StopRequest = bool (*)() noexcept;
 inline bool never_stop() noexcept { return false; }
 
 struct LoopRunOptions {
-  double seconds = 0;                               ///< after arming; 0: no limit
-  std::function<void(const rt::LoopSample&)> take;  ///< gets every cycle, in the calling thread
-  std::function<void(const LoopOutcome&)> started;  ///< once, when the real-time properties are known
-  rt::LoopControl* control = nullptr;               ///< with it a trip does not end the run: somebody may clear it
+  double seconds = 0;                                    ///< after arming; 0: no limit
+  std::function<void(const rt::LoopSample&)> take = {};  ///< gets every cycle, in the calling thread
+  std::function<void(const LoopOutcome&)> started = {};  ///< once, when the real-time properties are known
+  rt::LoopControl* control = nullptr;                    ///< with it a trip does not end the run: somebody may clear it
   StopRequest stop = never_stop;
+  /// s, beside the watchdog's time, in which a silent board is waited for: at the start, and without a controller.
+  double patience = 5;
 };
 
 /// One loop on hardware from start to end: settles disarmed, arms, runs in a thread of its own until the time is over,
