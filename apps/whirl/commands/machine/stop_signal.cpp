@@ -16,7 +16,12 @@ void take(int signal) {
 }  // namespace
 
 void catch_stop_signals() {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, take);
+  // What nohup ignores stays ignored.
+  struct sigaction before {};
+  const bool outlives = sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler == SIG_IGN;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    if (signal != SIGHUP || !outlives) std::signal(signal, take);
+  }
 }
 
 int stop_signal() noexcept { return received; }
