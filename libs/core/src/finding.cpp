@@ -179,6 +179,15 @@ std::string text(const Finding& f) {
     case FindingCode::held_out_not_tried:
       return "no prediction of " + f.where;
     case FindingCode::parameter_differs:
+      if (std::isfinite(of("record"))) {
+        const bool metres = f.amounts.front().unit == "m";
+        const double by = metres ? 1e6 : 1;
+        return fmt::format(
+            "{} is {:.4g} {unit} in this record and {:.4g} {unit} in the model, {:.1f} standard "
+            "deviations apart",
+            f.where, by * of("record"), by * of("model"), of("deviations"),
+            fmt::arg("unit", metres ? "um" : f.amounts.front().unit));
+      }
       return fmt::format(
           "{} is {:.5g} by all records and {:.5g} without the part held out, {:.1f} standard "
           "deviations apart: they do not follow one model",

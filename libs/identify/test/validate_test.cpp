@@ -90,6 +90,58 @@ TEST(ValidateReference, RunUpAtTheEdgeOfTheFoldIsFlagged) {
   EXPECT_LE(flagged, 10);
 }
 
+const IdentifiedModel& well_identified() {
+  static const IdentifiedModel model = identify_rotor(recording(with_noise(motion(rotor_a(), {}), 40, 31), {}));
+  return model;
+}
+
+ValidationReport at_gap(const RotorModel& truth, Complex gap, bool x_alone = false) {
+  const Sweep sweep{38, 0, 15, 0.1, 1e-3};
+  Recording record = recording(with_noise(motion(truth, sweep).array() + gap, 40, 32), sweep);
+  if (x_alone) std::erase_if(record.channels, [](const Channel& c) { return c.name == "y"; });
+  record.source = "down.csv";
+  return validate(well_identified(), std::vector{record});
+}
+
+// The gap between probe and shaft belongs to a run, not to the rotor: every plant sets it anew.
+TEST(ValidateProperty, AnotherGapOfTheProbesIsToldAndRefusesNoModel) {
+  for (const Complex gap : {Complex(3e-6, 3e-6), Complex(-2e-4, 0), Complex(0, 5e-3)}) {
+    const ValidationReport report = at_gap(rotor_a(), gap);
+    EXPECT_EQ(report.summary.status, Status::ok) << gap;
+    const Validation& v = *report.runs[0].rotor;
+    EXPECT_NEAR(v.rmse_x, v.noise_x, 0.05 * v.noise_x) << gap;
+    EXPECT_NEAR(v.rmse_y, v.noise_y, 0.05 * v.noise_y) << gap;
+    for (const auto& [name, size] : {std::pair{"offset_x", gap.real()}, std::pair{"offset_y", gap.imag()}}) {
+      const Finding* told = nullptr;
+      for (const Finding& f : report.runs[0].summary.findings)
+        if (f.code == FindingCode::parameter_differs && f.where == name) told = &f;
+      ASSERT_EQ(told != nullptr, size != 0) << name << ' ' << gap;
+      if (told == nullptr) continue;
+      EXPECT_EQ(told->consequence, Consequence::note);
+      EXPECT_NEAR(told->amount("record") - told->amount("model"), size, 1e-6 + 1e-3 * std::abs(size));
+    }
+    EXPECT_FALSE(report.summary.notes.empty());
+  }
+  EXPECT_EQ(at_gap(rotor_a(), 0).runs[0].summary.find(FindingCode::parameter_differs), nullptr);
+  EXPECT_NE(at_gap(rotor_a(), 3e-5, true).summary.status, Status::unusable);
+}
+
+// A gap explains no other stiffness and no other unbalance.
+TEST(ValidateProperty, AnotherGapHidesNoWrongModel) {
+  RotorModel stiffer = rotor_a(), heavier = rotor_a();
+  stiffer.k1 *= 1.01;
+  heavier.eps *= 1.1;
+  for (const RotorModel& other : {stiffer, heavier}) {
+    EXPECT_EQ(at_gap(other, 0).summary.status, Status::unusable);
+    EXPECT_EQ(at_gap(other, {2e-4, -1e-4}).summary.status, Status::unusable);
+  }
+}
+
+TEST(Validate, ARunThatWasNotEvaluatedHasNoError) {
+  const Validation v = validate(IdentifiedModel{}, recording(motion(rotor_a(), {}), {}));
+  EXPECT_TRUE(std::isnan(v.rmse_x) && std::isnan(v.rmse_y) && std::isnan(v.nrmse));
+}
+
 TEST(Validate, AnUnusableModelGivesAReason) {
   IdentifiedModel none;
   const Validation v = validate(none, recording(motion(rotor_a(), {}), {}));

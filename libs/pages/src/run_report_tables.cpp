@@ -176,7 +176,7 @@ namespace {
 
 /// In mm as the column says, or with the unit of velocity and acceleration in the cell.
 std::string error_text(double rms, Quantity quantity) {
-  return quantity == Quantity::displacement ? format_fixed(1e3 * rms, 4) : report::format_quantity(rms, quantity);
+  return quantity == Quantity::displacement ? report::format_number(1e3 * rms) : report::format_quantity(rms, quantity);
 }
 
 Quantity quantity_in(const io::JsonReader& run) {
@@ -199,7 +199,8 @@ report::Table validation_columns() {
                {"nrmse", "%"},
                {"note", "", Align::left}};
   t.notes = {
-      "Errors against the measured record contain its noise. Fitted to each run: its initial state, nothing else."};
+      "Errors against the measured record contain its noise. Fitted to each run: its initial state and the "
+      "constant of each channel."};
   return t;
 }
 

@@ -70,6 +70,21 @@ TEST(IdentificationText, AnUnbalanceThatWasFittedToTheRunIsPrinted) {
   EXPECT_EQ(table.rows[0][9], "90.0");
 }
 
+// A machine of micrometres is told with as many digits as one of millimetres; what was not evaluated has no number.
+TEST(IdentificationText, AValidationHasSignificantDigitsAndADashWhereNothingWasEvaluated) {
+  identification::ValidationReport report;
+  report.runs.resize(2);
+  for (identification::ValidationRun& run : report.runs) run.rotor = identification::Validation{};
+  identification::Validation& v = *report.runs[0].rotor;
+  v.rmse_x = 3.0213e-7, v.rmse_y = 2.4e-5, v.band_x = 5.8e-7, v.nrmse = 0.000123;
+  const report::Table table = validation_table(report);
+  EXPECT_EQ(table.rows[0][1], "0.0003021");
+  EXPECT_EQ(table.rows[0][2], "0.024");
+  EXPECT_EQ(table.rows[0][3], "0.00058");
+  EXPECT_EQ(table.rows[0][7], "0.0123");
+  for (const std::size_t column : {1u, 2u, 3u, 4u, 7u}) EXPECT_EQ(table.rows[1][column], "-") << column;
+}
+
 TEST(IdentificationText, AValidationThatTellsNothingOfTheWholeRunShowsADash) {
   identification::ValidationReport report;
   identification::ValidationRun run;

@@ -317,10 +317,10 @@ Validation validate_tilt_rotor(const IdentifiedModel& model, const Recording& re
         "a rotor that tilts is validated with its identified unbalance only: the share of an added mass that "
         "tilts the disc is not known");
   const RotorRecord record = rotor_record(recording, options.record);
-  const double ox = number(model, "offset_x"), oy = number(model, "offset_y");
   const Recording run_data = run_record(record, 1);
   TrajectoryModel fixed = trajectory_at(values_of(model));
   for (TrajectoryParameter& p : fixed.parameters) p.free = false;
+  fixed.parameters[offset_x].free = fixed.parameters[offset_y].free = true;  // the probes', not the rotor's
   TrajectoryRun run{0, 0, run_data.size(), steady_fitted(model, record.angle.omega[0], record.angle.beta[0])};
   TrajectoryOptions fit_options;
   fit_options.output_sd = Eigen::Vector2d(record.noise_x, record.noise_y).cwiseMax(1e-12);
@@ -330,7 +330,6 @@ Validation validate_tilt_rotor(const IdentifiedModel& model, const Recording& re
   v.noise_y = record.noise_y;
   v.eps = std::polar(number(model, "e"), number(model, "e_phase"));
   v.summary = record.summary;
-  v.peak_measured = (record.z.array() - Complex(ox, oy)).abs().maxCoeff();
   Eigen::MatrixXd readings;
   if (!fit.diverged) readings = follow(fit.model, run_data, fit.runs.front());
   if (readings.size() == 0) {
@@ -339,6 +338,9 @@ Validation validate_tilt_rotor(const IdentifiedModel& model, const Recording& re
     return v;
   }
   const Eigen::VectorXcd simulated = readings.col(0) + Complex(0, 1) * readings.col(1);
+  const Complex offset(fit.model.parameters[offset_x].value, fit.model.parameters[offset_y].value);
+  v.peak_measured = (record.z.array() - offset).abs().maxCoeff();
+  detail::tell_offsets(model, offset, fit.covariance.diagonal().head<2>().cwiseSqrt(), record.axes, v);
   // As for a plain rotor: another k2 within reason and the run jumps elsewhere.
   TrajectoryModel harder = fit.model;
   harder.parameters[k2].value *= 1 + options.fold_change;
@@ -353,7 +355,7 @@ Validation validate_tilt_rotor(const IdentifiedModel& model, const Recording& re
   v.simulated.add("y", Quantity::displacement, readings.col(1));
   detail::measure_errors(record, record.z, record.z - simulated, v);
   if (options.clean) detail::compare_with_clean(v, options, simulated);
-  const Eigen::ArrayXcd about = simulated.array() - Complex(ox, oy);
+  const Eigen::ArrayXcd about = simulated.array() - offset;
   v.peak_simulated = about.abs().maxCoeff();
   // Twice what the noise and the model's own residual account for, or 3 % of the motion, as for any system.
   const double excess = std::sqrt(std::max(1.0, model.summary.chi_square)),

@@ -8,6 +8,10 @@ namespace whirl::identification::detail {
 void measure_errors(const RotorRecord& record, const Eigen::VectorXcd& measured, const Eigen::VectorXcd& error,
                     Validation& v);
 
+/// Notes where the constants of x and y fitted to a run, with their deviations, are not those of the model.
+void tell_offsets(const IdentifiedModel& model, std::complex<double> fitted, const Eigen::Vector2d& sd, Axes axes,
+                  Validation& v);
+
 /// rms error against the noise-free record. Throws Error where it has another length.
 void compare_with_clean(Validation& v, const ValidateOptions& options, const Eigen::VectorXcd& simulated);
 

@@ -120,9 +120,8 @@ bool take_as_now(const RotorRecord& record, const RotorModel& rotor, Complex eps
 
 void tell(Validation& v, const ValidateOptions& options, const Summary& fit) {
   for (const std::string& w : fit.warnings) v.summary.warn(w);
-  const bool offset = options.refit_offset || v.quantity != Quantity::displacement;
-  v.summary.trust = fmt::format("Free run, unbalance {}; initial state{} fitted.", to_string(options.unbalance),
-                                offset ? " and sensor offset" : "");
+  v.summary.trust =
+      fmt::format("Free run, unbalance {}; initial state and sensor offset fitted.", to_string(options.unbalance));
   if (v.after_change) v.summary.trust += " The machine as it is after its change: this run does not hold it.";
 }
 
@@ -137,6 +136,25 @@ void compare_with_clean(Validation& v, const ValidateOptions& options, const Eig
   }
   if (options.clean->has(options.record.x)) v.clean_rmse_x = rms((*options.clean)[options.record.x] - simulated.real());
   if (options.clean->has(options.record.y)) v.clean_rmse_y = rms((*options.clean)[options.record.y] - simulated.imag());
+}
+
+void tell_offsets(const IdentifiedModel& model, Complex fitted, const Eigen::Vector2d& sd, Axes axes, Validation& v) {
+  for (const bool y : {false, true}) {
+    if (axes == (y ? Axes::x : Axes::y)) continue;
+    const char* name = y ? "offset_y" : "offset_x";
+    const Estimate* stated = model.parameter(name);
+    if (stated == nullptr) continue;
+    const double value = y ? fitted.imag() : fitted.real(), own = std::isfinite(stated->sd) ? stated->sd : 0,
+                 deviations = std::abs(value - stated->value) / std::hypot(sd[y], own);
+    if (!(deviations > rules::kRestDiffers)) continue;
+    const std::string unit(si_unit(v.quantity));
+    v.summary.add(
+        {FindingCode::parameter_differs,
+         Consequence::note,
+         {{"model", stated->value, unit}, {"record", value, unit}, {"deviations", deviations}},
+         name},
+        ": the constant of a channel is its probe's (a gap set anew), not the rotor's, and is fitted to each run");
+  }
 }
 
 void measure_errors(const RotorRecord& record, const Eigen::VectorXcd& measured, const Eigen::VectorXcd& error,
@@ -209,7 +227,6 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   free.rotor = false;
   free.modes.participation = false;
   free.unbalance = options.unbalance == UnbalanceSource::refitted;
-  free.offset = options.refit_offset || record.quantity != Quantity::displacement || !same_sensors;
   free.terms = terms_of(model);
   free.free_terms = false;
   if (same_sensors) free.probes.start = detail::sensor_of(model);
@@ -225,6 +242,14 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   const Eigen::VectorXcd simulated = fit.read_main(0) + run.beside + runout;
   const Eigen::VectorXcd error = measured - simulated;
   detail::measure_errors(record, measured, error, v);
+  if (same_sensors) {
+    const double excess = std::sqrt(std::max(1.0, fit.summary.chi_square));
+    const auto sd_of = [&](const char* name) {
+      const Eigen::Index k = fit.index(name);
+      return k < 0 ? INFINITY : excess * std::sqrt(fit.covariance(k, k));
+    };
+    detail::tell_offsets(model, run.offset, {sd_of("offset_re"), sd_of("offset_im")}, record.axes, v);
+  }
   v.peak_measured = (measured.array() - run.offset).abs().maxCoeff();
   v.peak_simulated = (simulated.array() - run.offset).abs().maxCoeff();
   if (options.clean) detail::compare_with_clean(v, options, simulated);

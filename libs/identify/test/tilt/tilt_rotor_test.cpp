@@ -94,6 +94,19 @@ TEST(TiltRotorProperty, AnotherMachineFailsItsValidation) {
   other.machine.k_tilt *= 1.1;
   EXPECT_EQ(validate(id.model, std::vector<Recording>{run_up(d, 40, 1)}).summary.status, Status::ok);
   EXPECT_EQ(validate(id.model, std::vector<Recording>{run_up(other, 40, 1)}).summary.status, Status::unusable);
+  for (const bool right : {true, false}) {  // at another gap of the probe
+    Recording moved = run_up(right ? d : other, 40, 1);
+    for (Channel& c : moved.channels)
+      if (c.name == "x") c.samples.array() += 2e-4;
+    const ValidationRun run = validate(id.model, std::vector{moved}).runs[0];
+    EXPECT_EQ(run.summary.status, right ? Status::ok : Status::unusable);
+    const Finding* told = run.rotor->summary.find(FindingCode::parameter_differs);
+    ASSERT_NE(told, nullptr);
+    EXPECT_EQ(told->where, "offset_x");
+    if (right) {
+      EXPECT_NEAR(told->amount("record") - told->amount("model"), 2e-4, 2e-6);
+    }
+  }
 }
 
 // Nothing tilts in a plain rotor, and in none of the machines whose oddity has a name of its own.

@@ -46,11 +46,11 @@ report::Table rotor_table(const identification::ValidationReport& report) {
     std::vector<std::string> row{run.source};
     for (const double m : {v.rmse_x, v.rmse_y, v.band_x, v.band_y, v.clean_rmse_x, v.clean_rmse_y}) {
       const bool metres = v.quantity == Quantity::displacement;
-      std::string cell = metres ? fmt::format("{:.4f}", 1e3 * m) : fmt::format("{:.4g}", m);
+      std::string cell = fmt::format("{:.4g}", metres ? 1e3 * m : m);
       if (!one) cell += " " + unit_of(v.quantity);
       row.push_back(std::isfinite(m) ? cell : "-");
     }
-    row.push_back(fmt::format("{:.2f}", 100 * v.nrmse));
+    row.push_back(std::isnan(v.nrmse) ? "-" : fmt::format("{:.3g}", 100 * v.nrmse));
     if (found) {
       row.push_back(fmt::format("{:.4g}", 1e6 * std::abs(v.eps)));
       row.push_back(fmt::format("{:.1f}", std::arg(v.eps) / kRadPerDegree));

@@ -22,7 +22,6 @@ struct ValidateOptions {
   RotorRecordOptions record;
   UnbalanceSource unbalance = UnbalanceSource::identified;
   std::complex<double> added;      ///< eccentricity of a known added mass, m, same angle zero; UnbalanceSource::added
-  bool refit_offset = false;       ///< the sensor offset may have moved since
   std::optional<Recording> clean;  ///< noise-free x, y of the same run, where known (simulated data)
   double fold_change = 0.01;       ///< relative change of k2 by which fold sensitivity is probed
   double fold_limit = 2e-5;        ///< m rms; a run that moves by more is fold-sensitive
@@ -32,10 +31,11 @@ struct ValidateOptions {
 struct Validation {
   /// Of the record's x and y. Errors, bands, noise and peaks have its SI unit.
   Quantity quantity = Quantity::displacement;
-  /// Against measured, rms (contains the sensor noise); NaN, with band and noise, of an axis that is not measured.
-  double rmse_x = 0, rmse_y = 0;
+  /// Against measured, rms (contains the sensor noise); NaN, with band and noise, of an axis that is not measured, and
+  /// where the run was not evaluated.
+  double rmse_x = NAN, rmse_y = NAN;
   double clean_rmse_x = NAN, clean_rmse_y = NAN;  ///< against `clean`, rms; NaN when not given
-  double nrmse = 0;  ///< rms of measured - simulated over rms of measured - mean, both axes
+  double nrmse = NAN;  ///< rms of measured - simulated over rms of measured - mean, both axes
   /// What the rms error of an axis may be when the model is right: 95 % band from the noise, the intervals of its
   /// parameters and the error that it left on its own records, rms; NaN where the model states none.
   double band_x = NAN, band_y = NAN;
@@ -54,7 +54,8 @@ struct Validation {
 };
 
 /// Simulates the identified rotor along the angle of `recording` and compares. Fitted to the run: the initial state (4
-/// numbers) and what the options allow, nothing else; of a record of velocity or acceleration also the sensor offset.
+/// numbers), the constant of each channel, which is that of its probe and not the rotor's, and what the options allow,
+/// nothing else. A constant that differs from the model's is a note, parameter_differs.
 /// Runout found with the model is added to the simulated readings. Where the model was found from another quantity, the
 /// errors of those sensors are left out.
 /// Throws Error as rotor_record does.
