@@ -29,6 +29,8 @@ struct ChannelCheck {
 };
 
 void find_gaps(ChannelCheck& c);
+/// Samples in a row that read one value far outside all others, as loggers write it where they have no reading.
+void find_out_of_reach(ChannelCheck& c);
 void find_flat(ChannelCheck& c);  ///< frozen stretches, dropouts, clipping
 void find_spikes(ChannelCheck& c);
 void find_lines(ChannelCheck& c, const std::vector<double>& mains, double lowest_turning, double highest_turning);

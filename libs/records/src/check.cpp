@@ -173,6 +173,12 @@ RecordReport check(const Recording& r, const CheckOptions& options) {
     detail::ChannelCheck c = begin(channel, r);
     const bool pulses = channel.quantity != Quantity::displacement && detail::is_pulse_train(c.samples, r.dt);
     if (is_motion(channel.quantity) && c.spread > 0 && !pulses && !detail::is_held(c.samples)) {
+      // An input may be pulses of one height, a motion not.
+      if (channel.quantity == Quantity::displacement || channel.quantity == Quantity::velocity ||
+          channel.quantity == Quantity::acceleration) {
+        detail::find_out_of_reach(c);
+        c.measure();
+      }
       detail::find_flat(c);
       c.measure();
       detail::find_spikes(c);

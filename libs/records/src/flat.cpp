@@ -1,5 +1,8 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "channel.hpp"
 
@@ -85,7 +88,65 @@ void find_clipping(ChannelCheck& c, const std::vector<Run>& runs, bool upper) {
   c.report(std::move(f), first, last);
 }
 
+/// Distance of a level from the nearest reading that is at neither of the levels.
+struct Others {
+  double low = std::numeric_limits<double>::infinity(), high = -low;  ///< their range
+  double step = 0;                                                    ///< their largest from one sample to the next
+  double apart(double level) const { return std::max(level - high, low - level); }
+};
+
+Others others_than(const ChannelCheck& c, double lowest, double highest) {
+  Others o;
+  double last = std::numeric_limits<double>::quiet_NaN();
+  for (Eigen::Index i = 0; i < c.samples.size(); ++i) {
+    const double value = c.samples[i];
+    const bool other = c.usable[i] && value != lowest && value != highest;
+    if (other) {
+      o.low = std::min(o.low, value), o.high = std::max(o.high, value);
+      if (!std::isnan(last)) o.step = std::max(o.step, std::abs(value - last));
+    }
+    last = other ? value : std::numeric_limits<double>::quiet_NaN();
+  }
+  return o;
+}
+
 }  // namespace
+
+void find_out_of_reach(ChannelCheck& c) {
+  constexpr double kSteps = 3;       // of the largest: a signal comes to its limit by its own slope
+  constexpr double kRange = 0.5;     // of the range of the others
+  for (bool again = true; again;) {  // beyond the one value may lie another
+    again = false;
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (Eigen::Index i = 0; i < c.samples.size(); ++i)
+      if (c.usable[i]) low = std::min(low, c.samples[i]), high = std::max(high, c.samples[i]);
+    if (!(high > low)) return;
+    const Others others = others_than(c, low, high);
+    for (const double level : {low, high}) {
+      const double least = std::max(kSteps * others.step, kRange * (others.high - others.low));
+      if (!(others.high > others.low) || !(others.apart(level) > least)) continue;
+      Eigen::Index count = 0, first = -1, last = 0, longest = 0, length = 0;
+      for (Eigen::Index i = 0; i < c.samples.size(); ++i) {
+        length = c.usable[i] && c.samples[i] == level ? length + 1 : 0;
+        if (length == 0) continue;
+        longest = std::max(longest, length);
+        if (first < 0) first = i;
+        last = i;
+        ++count;
+      }
+      constexpr double kFew = 0.1;
+      if (longest < 2 || static_cast<double>(count) > kFew * static_cast<double>(c.samples.size())) continue;
+      c.usable = c.usable && c.samples.array() != level;
+      Finding f{.kind = FindingKind::spikes, .severity = Severity::mask, .samples = count, .size = level};
+      f.advice = fmt::format(
+          "they read {:.4g}, which no motion here reaches from one sample to the next: no readings; they are left out",
+          level);
+      c.report(std::move(f), first, last);
+      again = true;
+    }
+  }
+  c.bridge();
+}
 
 void find_flat(ChannelCheck& c) {
   const Eigen::VectorXd& v = c.samples;

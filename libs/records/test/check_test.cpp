@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -237,6 +239,50 @@ Recording clean_record(unsigned seed, std::string& kind) {
       return r;
     }
   }
+}
+
+// What a logger writes where it has no reading, some samples in a row: no limit of the range, and no motion.
+TEST(RecordCheckProperty, RunsOfEqualSamplesOutOfReachAreBadSamplesAndNoClipping) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    const Recording before = sound(seed, 40);
+    const double most = before["y"].cwiseAbs().maxCoeff();
+    for (const double value : {-9999e-6, 5 * most, -5 * most}) {
+      for (const Eigen::Index length : {2, 3, 4, 9, 30}) {
+        Recording after = before;
+        Eigen::VectorXd& y = std::ranges::find(after.channels, "y", &Channel::name)->samples;
+        const std::array starts{after.size() / 5, after.size() / 2, 3 * after.size() / 4};
+        for (const Eigen::Index first : starts) y.segment(first, length).setConstant(value);
+        const RecordReport r = check(after);
+        EXPECT_EQ(r.find(FindingKind::clipping), nullptr) << value << ' ' << length << '\n' << all(r);
+        const ChannelMask* m = r.mask("y");
+        ASSERT_NE(m, nullptr) << value << ' ' << length;
+        for (const Eigen::Index first : starts)
+          EXPECT_FALSE(m->usable.segment(first, length).any()) << value << ' ' << length;
+        EXPECT_LE((!m->usable).count(), 3 * length + 3) << value << ' ' << length;
+      }
+    }
+    // Two such values, one above and one below.
+    Recording both = before;
+    Eigen::VectorXd& y = std::ranges::find(both.channels, "y", &Channel::name)->samples;
+    y.segment(y.size() / 3, 4).setConstant(5 * most);
+    y.segment(y.size() / 2, 4).setConstant(-5 * most);
+    EXPECT_EQ(check(both).find(FindingKind::clipping), nullptr) << all(check(both));
+    EXPECT_NE(check(both).mask("y"), nullptr);
+  }
+}
+
+// A signal that is cut off reaches its limit by its own slope, also where it is short and steep.
+TEST(RecordCheck, AShortSteepMotionAtTheLimitIsClipping) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal(0, 0.01);
+  Eigen::VectorXd v(4000);
+  for (Eigen::Index i = 0; i < v.size(); ++i) {
+    const double t = 1e-3 * static_cast<double>(i), near = 30 * (t - 2);
+    v[i] = std::min(
+        1.0, 0.2 * std::sin(kTurn * 20 * t) + 8 * std::exp(-near * near) * std::cos(kTurn * 40 * t) + normal(random));
+  }
+  const RecordReport r = check(one_channel(v, 1e-3));
+  EXPECT_NE(r.find(FindingKind::clipping), nullptr) << all(r);
 }
 
 // Fewer than 1 % of sound records are found fault with.
