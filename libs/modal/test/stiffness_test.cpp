@@ -141,6 +141,54 @@ TEST(StiffnessProperty, SoundTablesFollowTheLaw) {
   EXPECT_LE(said, 6);  // two looks of 1e-3 each: 1.2 expected
 }
 
+// A pull to one side: an offset of the force bends the table as one of the gauge does. The intervals hold what both
+// readings of it say, and it is named; what needs no offset is not widened.
+TEST(StiffnessProperty, AnOffsetOfTheForceIsInTheIntervalsOfAOneSidedTable) {
+  constexpr double kStiff = 5e4, kCubic = 8e8;
+  const auto one_sided = [](double force, double gauge, unsigned seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    Table t{Eigen::VectorXd::LinSpaced(13, 0, 3e-3), Eigen::VectorXd(13)};
+    for (Eigen::Index i = 0; i < 13; ++i) {
+      const double u = t.d[i] - gauge;
+      t.f[i] = kStiff * u + kCubic * u * u * u + force + 0.3 * normal(random);
+    }
+    return whirl::modal::fit_stiffness(t.d, t.f);
+  };
+  const int runs = 200;
+  for (const auto& [force, gauge] :
+       {std::pair{8.0, 0.0}, {-8.0, 0.0}, {2.0, 0.0}, {0.3, 0.0}, {0.0, 0.0}, {0.0, 2e-4}}) {
+    int k1 = 0, k2 = 0, named = 0;
+    double width = 0;
+    for (unsigned seed = 1; seed <= runs; ++seed) {
+      const auto law = one_sided(force, gauge, seed);
+      k1 += law.k1.covers(kStiff);
+      k2 += law.k2.covers(kCubic);
+      width += (law.k1.high - law.k1.low) / runs;
+      for (const std::string& w : law.summary.warnings)
+        named += w.find("zero offset of the force") != std::string::npos;
+    }
+    EXPECT_GE(k1, 0.92 * runs) << force << ' ' << gauge;
+    EXPECT_GE(k2, 0.92 * runs) << force << ' ' << gauge;
+    if (std::abs(force) > 1) {
+      EXPECT_GE(named, 0.95 * runs) << force;
+    }
+    if (force == 0 && gauge == 0) {
+      EXPECT_LE(named, 0.08 * runs);
+      EXPECT_LT(width, 0.02 * kStiff);
+    }
+  }
+}
+
+// Readings on both sides tell the two offsets apart.
+TEST(StiffnessProperty, BothSidesTellAnOffsetOfTheGaugeFromOneOfTheForce) {
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    const Table t = make_table(4e4, 2e9, 2e-4, 0.3, 600 + seed);
+    for (const std::string& w : whirl::modal::fit_stiffness(t.d, t.f).summary.warnings)
+      EXPECT_EQ(w.find("zero offset of the force"), std::string::npos) << w;
+  }
+}
+
 TEST(StiffnessProperty, TensorOfAnAnisotropicShaft) {
   const double kx = 5e4, ky = 4e4, axis = 0.3;
   std::vector<whirl::modal::DirectedStiffnessTable> tables;

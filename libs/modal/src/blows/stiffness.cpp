@@ -113,6 +113,61 @@ CubicFit fit_with_gauge(const Eigen::VectorXd& x, const Eigen::VectorXd& f, Eige
   return fit;
 }
 
+/// The same table where the force, not the gauge, has another zero: F = f0 + K1 d + K2 d^3.
+struct ForceZero {
+  double zero = 0;        ///< f0
+  Eigen::Vector2d p, sd;  ///< K1, K2
+  double cost = 0;
+};
+
+ForceZero fit_force_zero(const Eigen::VectorXd& x, const Eigen::VectorXd& f, double gauge) {
+  ForceZero out;
+  CubicFit fit;
+  for (int i = 0; i < 20; ++i) {  // linear but for the weights
+    fit = fit_with_gauge(x, f.array() - out.zero, 2, gauge);
+    Eigen::MatrixXd jacobian(x.size(), 3);
+    jacobian << fit.jacobian, fit.weight;
+    const Eigen::Vector3d step = jacobian.colPivHouseholderQr().solve(fit.weight.cwiseProduct(fit.residual));
+    out.zero += step[2];
+    out.p = fit.p.head<2>();
+    out.cost = fit.cost;
+    const double variance = fit.cost / std::max(1.0, static_cast<double>(x.size() - 3));
+    out.sd = (variance * inverse(Eigen::MatrixXd(jacobian.transpose() * jacobian)).diagonal().head<2>()).cwiseSqrt();
+    if (std::abs(step[2]) < 1e-9 * f.cwiseAbs().maxCoeff()) break;
+  }
+  return out;
+}
+
+void cover(const Estimate& other, double t, Estimate& e) {
+  e.low = std::min(e.low, other.low);
+  e.high = std::max(e.high, other.high);
+  e.sd = std::max({e.sd, (e.high - e.value) / t, (e.value - e.low) / t});
+}
+
+/// An offset bends a table that pulls to one side alike whether it is the gauge's or the force's (a load cell that does
+/// not read zero, friction): where the table does not tell, the intervals cover both readings.
+void cover_force_zero(const Eigen::VectorXd& x, const Eigen::VectorXd& f, const CubicFit& fit, double gauge, double ds,
+                      double fs, double t, StiffnessLaw& law) {
+  constexpr double kToldApart = 9;  // likelihood ratio: three deviations
+  const double freedom = fit.freedom();
+  if (freedom < 1 || !(law.offset.low > 0 || law.offset.high < 0)) return;
+  const ForceZero other = fit_force_zero(x, f, gauge);
+  const double least = 1e-20 * f.squaredNorm();
+  const double worse = freedom * std::log(std::max(other.cost, least) / std::max(fit.cost, least));
+  if (worse > kToldApart) return;
+  const Estimate k1 = with_interval(other.p[0] * fs / ds, other.sd[0] * fs / ds, t),
+                 k2 = with_interval(other.p[1] * fs / std::pow(ds, 3), other.sd[1] * fs / std::pow(ds, 3), t);
+  cover(k1, t, law.k1);
+  cover(k2, t, law.k2);
+  law.cubic_p_value =
+      std::max(law.cubic_p_value, 2 * students_t_tail(std::max(1.0, freedom), std::abs(k2.value) / k2.sd));
+  law.summary.warn(fmt::format(
+      "a zero offset of the force of {:.3g} N {} an offset of the gauge (K1 {:.5g} N/m, K2 {:.4g} N/m^3 with it): the "
+      "intervals cover both; readings to both sides, or a force that reads zero at rest, decide",
+      other.zero * fs, worse < -kToldApart ? "explains the table better than" : "explains the table as well as",
+      k1.value, k2.value));
+}
+
 void require_table(const Eigen::Ref<const Eigen::VectorXd>& deflection,
                    const Eigen::Ref<const Eigen::VectorXd>& force) {
   const Eigen::Index n = deflection.size();
@@ -192,6 +247,7 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
   law.summary.condition_number = std::sqrt(eigenvalues.maxCoeff() / std::max(eigenvalues.minCoeff(), 1e-300));
   law.summary.trust = fmt::format("force within {:.3g} N rms for deflections from {:.4g} to {:.4g} m",
                                   law.summary.residual, deflection.minCoeff(), deflection.maxCoeff());
+  if (options.fit_offset) cover_force_zero(x, f, fit, options.deflection_sd / ds, ds, fs, t, law);
   judge(law, fit, options, ds, fs);
   if (!lack.law.empty()) {
     Eigen::Index at = 0;

@@ -23,8 +23,9 @@ struct StiffnessOptions {
 /// are named and left out. Intervals from the t distribution with n - 3 degrees of freedom; `cubic_p_value` is the
 /// two-sided t test of K2 = 0. When the table turns back (loading, then unloading), the largest difference of the two
 /// branches is reported as hysteresis, and warned about when the scatter does not explain it. Warns about an offset
-/// that is significant and about too few points. Throws Error for unequal lengths, values that are not finite, or fewer
-/// than 4 different deflections.
+/// that is significant and about too few points. Where a zero offset of the force explains the table as well as one of
+/// the gauge (a pull to one side), it is named, and the intervals of K1 and K2 cover what they are then. Throws Error
+/// for unequal lengths, values that are not finite, or fewer than 4 different deflections.
 StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
                            const Eigen::Ref<const Eigen::VectorXd>& force, const StiffnessOptions& options = {});
 
