@@ -131,6 +131,28 @@ TEST_F(QuanserBoardTest, AnExpiredWatchdogLatchesUntilDisarmed) {
   *failing = 0;
 }
 
+TEST_F(QuanserBoardTest, AFailedTransferLosesTheBoardWithItsReason) {
+  for (const bool reads : {true, false}) {
+    QuanserBoard board(options);
+    BoardReading r;
+    EXPECT_EQ(board.failure(), "");
+    *failing = 1;
+    if (reads) {
+      EXPECT_FALSE(board.read(r));
+    } else {
+      board.write({{1, 1}, 1, true, true});
+    }
+    *failing = 0;
+    for (int k = 0; k < 100; ++k) board.read(r);
+    EXPECT_FALSE(board.connected());
+    EXPECT_EQ(board.loss(), kBoardLost);
+    EXPECT_EQ(board.failure(), reads ? "quanser q8_usb 0: hil_read failed with code -1"
+                                     : "quanser q8_usb 0: hil_write_analog failed with code -1");
+    board.write({{1, 1}, 2, true, true});
+    EXPECT_EQ(output[2], 0) << "no more force";
+  }
+}
+
 TEST_F(QuanserBoardTest, WhatDoesNotOpenIsNamed) {
   options.device = "7";
   EXPECT_THAT(testing::error_of([&] { QuanserBoard{options}; }), HasSubstr("q8_usb 7: hil_open failed with code -15"));
@@ -175,6 +197,29 @@ TEST_F(ComediBoardTest, ReadsWritesAndLeavesZero) {
   }
   EXPECT_NEAR(volts(output[0]), 0, 2e-4);
   EXPECT_EQ(*fake.at<int>("fake_open"), 0);
+}
+
+TEST_F(ComediBoardTest, AFailedTransferLosesTheBoardWithItsReason) {
+  int* failing = fake.at<int>("fake_failing");
+  for (const bool reads : {true, false}) {
+    ComediBoard board(options);
+    BoardReading r;
+    EXPECT_EQ(board.failure(), "");
+    *failing = 1;
+    if (reads) {
+      EXPECT_FALSE(board.read(r));
+    } else {
+      board.write({{1, 1}, 1, true, true});
+    }
+    *failing = 0;
+    for (int k = 0; k < 100; ++k) board.read(r);
+    EXPECT_FALSE(board.connected());
+    EXPECT_EQ(board.loss(), kBoardLost);
+    EXPECT_EQ(board.failure(),
+              reads ? "comedi /dev/comedi0: reading an input failed" : "comedi /dev/comedi0: writing an output failed");
+    board.write({{1, 1}, 2, true, true});
+    EXPECT_NEAR(volts(output[0]), 0, 2e-4) << "no more force";
+  }
 }
 
 TEST_F(ComediBoardTest, WhatDoesNotOpenIsNamed) {

@@ -101,7 +101,7 @@ bool ComediBoard::read(BoardReading& out) noexcept {
   }
   good = api_->data_read(api_->device, api_->counter, options_.encoder, 0, Api::kGround, &raw) >= 0 && good;
   if (!good) {
-    connected_ = false;
+    lose("reading an input");
     ++ticks_;
     return false;
   }
@@ -110,9 +110,13 @@ bool ComediBoard::read(BoardReading& out) noexcept {
 }
 
 void ComediBoard::write(const BoardCommand& command) noexcept {
-  output_ = command.armed;
-  if (!api_->write(options_, output_ ? command.volts : std::array<double, 2>{})) connected_ = false;
+  output_ = command.armed && connected_;
+  if (!api_->write(options_, output_ ? command.volts : std::array<double, 2>{})) lose("writing an output");
   answered_ = command.answers;
+}
+
+std::string ComediBoard::failure() const {
+  return connected_ ? "" : fmt::format("comedi {}: {} failed", options_.device, failed_at_);
 }
 
 }  // namespace whirl::rt

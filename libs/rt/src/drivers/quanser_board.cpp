@@ -85,9 +85,10 @@ QuanserBoard::~QuanserBoard() {
 
 bool QuanserBoard::read(BoardReading& out) noexcept {
   std::int32_t encoder = 0;
-  if (api_->read(api_->card, options_.inputs.data(), 4, &options_.encoder, 1, nullptr, 0, nullptr, 0, out.analog.data(),
-                 &encoder, nullptr, nullptr) < 0) {
-    connected_ = false;
+  if (const int code = api_->read(api_->card, options_.inputs.data(), 4, &options_.encoder, 1, nullptr, 0, nullptr, 0,
+                                  out.analog.data(), &encoder, nullptr, nullptr);
+      code < 0) {
+    lose("hil_read", code);
     ++ticks_;
     return false;
   }
@@ -96,15 +97,24 @@ bool QuanserBoard::read(BoardReading& out) noexcept {
 }
 
 void QuanserBoard::write(const BoardCommand& command) noexcept {
-  // 1: reloaded, 0: it had expired.
-  if (api_->watchdog_reload(api_->card) == 0) expired_ = true;
+  // 1: reloaded, 0: it had expired, below: it cannot be reached.
+  const int reloaded = api_->watchdog_reload(api_->card);
+  if (reloaded == 0) expired_ = true;
+  if (reloaded < 0) lose("hil_watchdog_reload", reloaded);
   if (expired_ && !command.armed) {
     expired_ = api_->watchdog_clear(api_->card) < 0 || api_->watchdog_start(api_->card, options_.watchdog) < 0;
   }
-  output_ = command.armed && !expired_;
+  output_ = command.armed && !expired_ && connected_;
   const std::array<double, 2> volts = output_ ? command.volts : std::array<double, 2>{};
-  if (api_->write_analog(api_->card, options_.outputs.data(), 2, volts.data()) < 0) connected_ = false;
+  if (const int code = api_->write_analog(api_->card, options_.outputs.data(), 2, volts.data()); code < 0) {
+    lose("hil_write_analog", code);
+  }
   answered_ = command.answers;
+}
+
+std::string QuanserBoard::failure() const {
+  if (connected_) return {};
+  return fmt::format("quanser {} {}: {} failed with code {}", options_.card, options_.device, failed_at_, failed_code_);
 }
 
 }  // namespace whirl::rt

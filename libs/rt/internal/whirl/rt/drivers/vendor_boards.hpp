@@ -23,22 +23,31 @@ struct VendorBoardOptions {
   double watchdog = 50e-3;                     ///< s
 };
 
-/// What both have: read once per cycle of the loop, which counts the ticks for the board.
+/// What both have: read once per cycle of the loop, which counts the ticks for the board. A failed transfer loses the
+/// board for good (`loss`, `failure`).
 class VendorBoard : public Board {
  public:
   bool connected() const noexcept override { return connected_; }
   void left_out(long ticks) noexcept override { ticks_ += ticks; }
+  Fault loss() const noexcept override { return kBoardLost; }
 
  protected:
   explicit VendorBoard(const VendorBoardOptions& options)
       : options_(options), angle_(options.counts, options.bandwidth, options.sample_time) {}
   /// All of a reading but its analogue inputs.
   void count(std::int32_t encoder, BoardReading& out) noexcept;
+  /// The first failure stays.
+  void lose(const char* what, int code = 0) noexcept {
+    if (connected_) failed_at_ = what, failed_code_ = code;
+    connected_ = false;
+  }
 
   VendorBoardOptions options_;
   AngleTracker angle_;
   long ticks_ = 1;  ///< from the last read to the next
   std::uint32_t tick_ = 0, answered_ = 0;
+  const char* failed_at_ = "";
+  int failed_code_ = 0;
   bool connected_ = true, expired_ = false, output_ = false;
 };
 
@@ -50,6 +59,7 @@ class QuanserBoard : public VendorBoard {
   ~QuanserBoard() override;
   bool read(BoardReading& out) noexcept override;
   void write(const BoardCommand& command) noexcept override;
+  std::string failure() const override;
 
  private:
   struct Api;
@@ -66,6 +76,7 @@ class ComediBoard : public VendorBoard {
   ~ComediBoard() override;
   bool read(BoardReading& out) noexcept override;
   void write(const BoardCommand& command) noexcept override;
+  std::string failure() const override;
 
  private:
   struct Api;
