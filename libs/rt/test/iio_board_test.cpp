@@ -229,5 +229,16 @@ TEST(LatestValueRealtime, IsNeverTornAndNeverGoesBack) {
   EXPECT_FALSE(value.take(p));
 }
 
+// At 100 kHz that is after half a day; the instants go on.
+TEST(IioTimer, GoesOnAfterTheTicksOfTheBoardHaveWrapped) {
+  constexpr std::int64_t kWrap = std::int64_t{1} << 32;
+  IioTimer timer{500, 10'000};
+  EXPECT_EQ(timer.wake(500 + (kWrap - 1) * timer.period + 70), 0xffffffffu);
+  EXPECT_EQ(timer.next(), 500 + kWrap * timer.period);
+  EXPECT_EQ(timer.wake(timer.next() + 1), 0u);
+  EXPECT_EQ(timer.next(), 500 + (kWrap + 1) * timer.period) << "not in the past";
+  EXPECT_EQ(timer.wake(timer.next() + 3 * timer.period), 4u) << "three were left out";
+}
+
 }  // namespace
 }  // namespace whirl::rt

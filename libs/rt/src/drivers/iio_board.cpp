@@ -197,8 +197,7 @@ struct IioBoard::Work {
 
   void read_all() noexcept {
     const WallTime time;
-    const auto period = static_cast<std::int64_t>(1e9 * options.sample_time);
-    const std::int64_t start = time.now();
+    IioTimer timer{time.now(), static_cast<std::int64_t>(1e9 * options.sample_time)};
     while (!over) {
       BoardReading r;
       if (buffer) {
@@ -207,9 +206,9 @@ struct IioBoard::Work {
         if (n < 0) return fail("reading the buffer", n);
         if (!take_sample(r)) return;
       } else {
-        time.sleep_until(start + (static_cast<std::int64_t>(tick) + 1) * period);
+        time.sleep_until(timer.next());
         if (over) return;
-        tick = static_cast<std::uint32_t>((time.now() - start) / period);
+        tick = timer.wake(time.now());
         for (std::size_t i = 0; i < 4; ++i) {
           long long count = 0;
           if (!inputs[i].channel) continue;

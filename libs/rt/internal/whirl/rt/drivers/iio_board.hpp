@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -27,6 +28,19 @@ struct IioBoardOptions {
   double sample_time = 1e-3;  ///< s
   double watchdog = 50e-3;    ///< s without a command after which the outputs are set to 0 V
   int priority = 0;           ///< of its two threads (SCHED_FIFO); 0: ordinary scheduling
+};
+
+/// The timer of a board without a buffer: instants `start + n period` for ever, ns; a late one is left out.
+struct IioTimer {
+  std::int64_t start = 0, period = 1'000'000;
+  std::int64_t ticks = 0;  ///< since the start; BoardReading::tick holds its lower 32 bits
+
+  std::int64_t next() const noexcept { return start + (ticks + 1) * period; }
+  /// At `now`, after `next()`.
+  std::uint32_t wake(std::int64_t now) noexcept {
+    ticks = (now - start) / period;
+    return static_cast<std::uint32_t>(ticks);
+  }
 };
 
 /// Any converters with a Linux IIO driver, here or behind an `iiod`, by libiio 0.24 (loaded when the board is opened).
