@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evidence/model_verdict.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/identify.hpp"
 #include "whirl/signal/angle.hpp"
@@ -26,7 +27,34 @@ double amplitude_of(const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
   return largest;
 }
 
+Eigen::Index block_of(const Recording& r) { return std::max<Eigen::Index>(1, r.size() / 50); }
+
+/// Means over fiftieths of a record, so that an encoder's steps do not count; NaN where readings miss.
+std::vector<double> speeds_of(const Recording& r) {
+  std::vector<double> speeds;
+  const Eigen::VectorXd& beta = r["beta"];
+  const Eigen::Index block = block_of(r);
+  for (Eigen::Index i = 0; i + block < beta.size(); i += block) {
+    const Eigen::VectorXd turned = signal::unwrapped(beta.segment(i, block + 1));  // it may come back to 0 every turn
+    speeds.push_back(std::abs(turned[block] - turned[0]) / (static_cast<double>(block) * r.dt));
+  }
+  return speeds;
+}
+
 }  // namespace
+
+double detail::passing_rate(const std::vector<Recording>& records, double omega) {
+  double fastest = 0;
+  for (const Recording& r : records) {
+    const std::vector<double> speeds = speeds_of(r);
+    for (std::size_t i = 1; i < speeds.size(); ++i) {
+      const double change = speeds[i] - speeds[i - 1];
+      if ((speeds[i - 1] - omega) * (speeds[i] - omega) <= 0)
+        fastest = std::max(fastest, std::abs(change) / (static_cast<double>(block_of(r)) * r.dt));
+    }
+  }
+  return fastest;
+}
 
 std::string DataRange::beyond(double a, double from, double to) const {
   std::string text;
@@ -44,11 +72,7 @@ DataRange data_range(const std::vector<Recording>& records) {
     const bool displacement = r.at("x").quantity != Quantity::velocity && r.at("x").quantity != Quantity::acceleration;
     const double largest = displacement ? amplitude_of(r["x"], r["y"]) : std::numeric_limits<double>::infinity();
     range.amplitude = std::max(range.amplitude, largest);
-    const Eigen::VectorXd& beta = r["beta"];
-    const Eigen::Index block = std::max<Eigen::Index>(1, beta.size() / 50);
-    for (Eigen::Index i = 0; i + block < beta.size(); i += block) {
-      const Eigen::VectorXd turned = signal::unwrapped(beta.segment(i, block + 1));  // it may come back to 0 every turn
-      const double speed = std::abs(turned[block] - turned[0]) / (static_cast<double>(block) * r.dt);
+    for (const double speed : speeds_of(r)) {
       if (!std::isfinite(speed)) continue;
       range.low = std::min(range.low, speed);
       range.high = std::max(range.high, speed);

@@ -130,15 +130,11 @@ bool contradicts(const IdentifiedModel& rest, const HeldOut& held, IdentifiedMod
   return whole.summary.distrust() != nullptr;
 }
 
-bool same_parts(const IdentifiedModel& a, const IdentifiedModel& b) {
-  return std::ranges::equal(a.parameters, b.parameters, {}, &std::pair<std::string, Estimate>::first,
-                            &std::pair<std::string, Estimate>::first);
-}
-
-/// The rest with the parts of the whole, where it had others and does not tell the two apart.
+/// The rest with the parts of the whole, where it had others, or took another resonance for the rotor's, and does not
+/// tell the two apart.
 std::optional<IdentifiedModel> rest_like_whole(const IdentifyOptions& o, const std::vector<Recording>& records,
                                                const RotorIdentification& whole, const RotorIdentification& rest) {
-  if (same_parts(rest.model, whole.model) || has_tilt(rest.model)) return {};
+  if (detail::same_parts(rest.model, whole.model) || has_tilt(rest.model)) return {};
   RotorIdentification like = detail::rotor_like(records, whole, o.rotor);
   double values = 0;
   for (const Recording& r : records) values += 2 * static_cast<double>(r.size());
@@ -203,7 +199,8 @@ std::vector<Finding> not_shown(const IdentifyOptions& o, const std::vector<Recor
   const std::vector<Recording> train = split_of(o, records).train;
   DataRange rest = data_range(train);
   if (records.size() > 1) rest.amplitude = std::numeric_limits<double>::infinity();  // each has its own unbalance
-  std::vector<Finding> out = detail::not_shown_by_rest(model, all, rest, held);
+  const auto rate = [&](double omega) { return detail::passing_rate(records, omega); };
+  std::vector<Finding> out = detail::not_shown_by_rest(model, all, rest, rate, held);
   for (const RotorTerm& t : terms_of(model)) {
     if (t.entry->by_reference != nullptr && t.part == 0 && !holds(train, t.reference))
       out.push_back({FindingCode::held_out_cannot_check, Consequence::warning, {{"instant", t.reference, "s"}}, held});

@@ -30,11 +30,23 @@ void compare_with_rest(const IdentifiedModel& rest, IdentifiedModel& model) {
   }
 }
 
+bool same_parts(const IdentifiedModel& a, const IdentifiedModel& b) {
+  constexpr double kSame = 0.1;
+  const auto first = [](const IdentifiedModel& m) { return m.rotor ? m.rotor->natural_frequency() : 0; };
+  const bool modes = a.rotor && b.rotor && !a.rotor->modes.empty();
+  if (modes && std::abs(first(a) - first(b)) > kSame * first(b)) return false;
+  return std::ranges::equal(a.parameters, b.parameters, {}, &std::pair<std::string, Estimate>::first,
+                            &std::pair<std::string, Estimate>::first);
+}
+
 std::vector<Finding> not_shown_by_rest(const IdentifiedModel& model, const DataRange& all, const DataRange& rest,
-                                       const std::string& held) {
+                                       const std::function<double(double)>& rate, const std::string& held) {
   // Damping is read between the half-power points of a resonance: a flank below them does not determine it.
   constexpr double kHalfPower = 0.70710678;
   constexpr double kPassed = 2;  // half-power widths: a sweep peaks later than the steady response
+  // Without damping the motion is largest sqrt(pi) 1.22 sqrt(rate) beyond the resonance (Fresnel's integrals; Lewis
+  // 1932): a rest that ends before has hardly seen it.
+  constexpr double kSwept = 2.16;
   std::vector<Finding> out;
   if (!model.rotor || !(all.amplitude > 0)) return out;
   const bool comparable = std::isfinite(rest.amplitude);
@@ -53,11 +65,18 @@ std::vector<Finding> not_shown_by_rest(const IdentifiedModel& model, const DataR
                     {"share", share}},
                    held});
   };
+  const auto passage = [&](double omega, double zeta) {
+    return std::max(kPassed * zeta * omega, kSwept * std::sqrt(rate(omega)));
+  };
   const double critical = model.rotor->natural_frequency();
   // A hardening spring moves the resonance away from the natural frequency: the motion tells whether it is there.
-  if (comparable ? share < kHalfPower : lacks(critical, 0)) add(critical);
+  // The largest motion may be that of a further mode, which a run-down passes first.
+  const bool further = !model.rotor->modes.empty();
+  const bool motion_lacks = comparable && share < kHalfPower;
+  const double around = further ? passage(critical, 0.5 * model.rotor->c / critical) : 0;
+  if (motion_lacks || ((further || !comparable) && lacks(critical, around))) add(critical);
   for (const ForcedMode& mode : model.rotor->modes)
-    if (lacks(mode.omega, kPassed * mode.zeta * mode.omega)) add(mode.omega);
+    if (lacks(mode.omega, passage(mode.omega, mode.zeta))) add(mode.omega);
   return out;
 }
 
