@@ -28,24 +28,30 @@ signal::TachoOptions stated(const TachoSettings& t) {
 }
 
 /// The tacho and the displacements of the ticks of `seconds`; ticks that did not come hold the value before.
-Recording watch(const IoSettings& io, rt::HardwareRig& rig) {
+/// Empty when `stop` ended it. `at`: the instant of the last one, ns.
+Recording watch(const IoSettings& io, rt::HardwareRig& rig, StopRequest stop, std::int64_t& at) {
   const auto n = static_cast<Eigen::Index>(std::lround(io.tacho.learn * io.rate));
   const auto input = static_cast<std::size_t>(io.tacho.analog);
   Eigen::VectorXd volts(n), x(n), y(n);
   const rt::RealtimeThread realtime(io.realtime);
   rt::WallTime time;
   const std::int64_t start = time.now(), period = std::llround(1e9 / io.rate);
-  std::int64_t at = start;
+  at = start;
   Eigen::Index filled = 0, lost = 0;
   std::uint32_t before = 0;
   rig.write({});  // the board answers to whoever commands it
   while (filled < n) {
-    at += period;
+    if (stop()) return {};
+    long missed = 0;
     if (io.clock == "wall") {
+      at += period;
       time.sleep_until(at);
+      missed = static_cast<long>((time.now() - at) / period);
+      at += missed * period;
     } else {
-      rig.wait(io.watchdog_ns());
+      missed = std::max(rig.wait(io.watchdog_ns()) - 1, 0L);
     }
+    rig.left_out(missed);
     const Measurement m = rig.read();
     rig.write({});
     const rt::BoardReading& b = rig.board();
@@ -92,10 +98,12 @@ void require_turning(const IoSettings& io, const signal::PulseTrain& train, doub
 
 }  // namespace
 
-std::vector<std::string> learn_tacho(const IoSettings& io, rt::HardwareRig& rig) {
+std::vector<std::string> learn_tacho(const IoSettings& io, rt::HardwareRig& rig, StopRequest stop) {
   std::vector<std::string> said;
   if (io.tacho.analog < 0) return said;
-  const Recording seen = watch(io, rig);
+  std::int64_t watched = 0;
+  const Recording seen = watch(io, rig, stop, watched);
+  if (seen.channels.empty()) return said;
   const signal::TachoOptions tacho = stated(io.tacho);
   const signal::PulseTrain train = signal::pulse_train(seen[kChannel], seen.dt, tacho.edge);
   require_turning(io, train, io.tacho.learn);
@@ -121,6 +129,9 @@ std::vector<std::string> learn_tacho(const IoSettings& io, rt::HardwareRig& rig)
   if (tracker.lost())
     throw Error::in_file(io.source, 0, "tacho: its pulses are not followed: its signal or its speed is too uneven");
   rig.follow_tacho(tracker);
+  // The clock of the loop begins anew; a board without one is told what it did not see meanwhile.
+  if (io.clock == "wall")
+    rig.left_out(std::lround(1e-9 * io.rate * static_cast<double>(rt::WallTime{}.now() - watched)));
   return said;
 }
 

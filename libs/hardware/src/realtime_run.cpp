@@ -15,6 +15,8 @@
 namespace whirl::hardware {
 namespace {
 
+constexpr std::int64_t kHidden = 20'000'000;  // ns without a look at the tacho
+
 /// Adds one cycle; force_rms and force_y_rms hold sums of squares until the end.
 void add(RealtimeRun& run, const rt::LoopSample& s) {
   ++run.samples;
@@ -73,6 +75,21 @@ class Writer {
   std::uint32_t word_ = 0;
 };
 
+/// Learns the marks of a tacho, then makes the recording: an earlier one under its name outlives a rotor that does not
+/// turn. A disk that took long hid the tacho meanwhile: its marks are learned anew.
+std::vector<std::string> learn_and_open(const IoSettings& io, rt::HardwareRig& rig, const RealtimeRunOptions& options,
+                                        std::optional<Writer>& writer) {
+  std::vector<std::string> said = learn_tacho(io, rig, options.stop);
+  const rt::WallTime time;
+  const std::int64_t before = time.now();
+  writer.emplace(options, io.rate);
+  const std::int64_t hidden = time.now() - before;
+  if (!rig.tacho()) return said;
+  if (hidden > kHidden) return learn_tacho(io, rig, options.stop);
+  if (io.clock == "wall") rig.left_out(std::lround(1e-9 * io.rate * static_cast<double>(hidden)));
+  return said;
+}
+
 LaserReport report_of(const rt::HardwareRig& rig, int i) {
   LaserReport out;
   out.late = rig.late(i);
@@ -118,8 +135,8 @@ RealtimeRun run_realtime(const ControllerDesign& design, const IoSettings& setti
   }
   rt::HardwareRig rig(io.hardware, io.board());
   RealtimeRun run;
-  run.angle = learn_tacho(io, rig);
-  Writer writer(options, io.rate);
+  std::optional<Writer> writer;
+  run.angle = learn_and_open(io, rig, options, writer);
   run.settings = io;
   run.loop = run_loop(io, rig, &controller,
                       {.seconds = options.seconds,
@@ -127,16 +144,16 @@ RealtimeRun run_realtime(const ControllerDesign& design, const IoSettings& setti
                            [&](const rt::LoopSample& s) {
                              add(run, s);
                              if (options.take) options.take(s);
-                             writer.take(s);
+                             writer->take(s);
                            },
                        .started =
                            [&](const LoopOutcome& at_start) {
-                             writer.started(at_start);
+                             writer->started(at_start);
                              if (options.started) options.started(at_start);
                            },
                        .control = options.control,
                        .stop = options.stop});
-  writer.finish(run);
+  writer->finish(run);
   for (double* square : {&run.force_rms, &run.force_y_rms})
     *square = run.samples > 0 ? std::sqrt(*square / static_cast<double>(run.samples)) : 0;
   for (int i = 0; i < 2; ++i) run.lasers[static_cast<std::size_t>(i)] = report_of(rig, i);
@@ -197,19 +214,19 @@ RecordRun record_disarmed(const IoSettings& io, const RealtimeRunOptions& option
   require_range("--seconds", options.seconds, 0, 1e6, "s");
   rt::HardwareRig rig(io.hardware, io.board());
   RecordRun run;
-  run.angle = learn_tacho(io, rig);
-  Writer writer(options, io.rate);
+  std::optional<Writer> writer;
+  run.angle = learn_and_open(io, rig, options, writer);
   run.loop = run_loop(io, rig, nullptr,
                       {.seconds = options.seconds,
                        .take =
                            [&](const rt::LoopSample& s) {
-                             writer.take(s);
+                             writer->take(s);
                              if (options.take) options.take(s);
                            },
                        .started = options.started,
                        .stop = options.stop});
-  writer.finish(run);
-  run.cycles = writer.rows();
+  writer->finish(run);
+  run.cycles = writer->rows();
   if (run.cycles == 0 || run.loop.cut_short) run.summary.fail(run.loop.reason);
   if (const std::string failure = rig.board_failure(); !failure.empty()) run.summary.fail("board " + failure);
   return run;

@@ -11,6 +11,7 @@
 #include "whirl/control/controller.hpp"
 #include "whirl/core/counted.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/hardware/at_rest.hpp"
 #include "whirl/rt/loop.hpp"
 #include "whirl/rt/realtime.hpp"
 #include "whirl/signal/fft.hpp"
@@ -88,16 +89,20 @@ class Shaken {
 
 template <class Clock>
 void run(const IoSettings& io, rt::HardwareRig& rig, Clock& clock, control::Controller& controller,
-         const Eigen::VectorXcd& force, Eigen::VectorXcd& answer, LoopSensitivity& out) {
+         const Eigen::VectorXcd& force, Eigen::VectorXcd& answer, StopRequest stop, LoopSensitivity& out) {
   Shaken law(controller, force, answer, 1 / io.rate);
   rt::Loop loop(rig, law, clock, io.limits(), io.loop());
-  for (int k = 0; k < io.settle && (k < 10 || rig.fault() == Fault::none); ++k) loop.cycle();
-  if (rig.board().omega != 0) {
-    throw Error(fmt::format("the shaft turns at {:.1f} rad/s: the sensitivity is measured at rest", rig.board().omega));
-  }
+  Idle idle(io, rig, stop);
+  idle.settle(io, loop);
+  idle.watch_rest(loop);
+  if (idle.stopped()) out.trip = Fault::requested;
+  if (idle.silent()) throw Error::in_file(io.source, 0, "the board does not answer");
+  if (!idle.goes_on()) return;
+  if (const std::string why = idle.rest().refusal(); !why.empty()) throw Error("sensitivity: " + why);
   rig.stay_at_rest();
   loop.arm();
   while (!law.done() && out.trip == Fault::none) {
+    if (stop()) loop.stop();
     const rt::CycleRecord r = loop.cycle();
     out.missed += r.missed;
     out.limited += r.limited || controller.state().saturated;
@@ -146,7 +151,13 @@ void analyse(const Eigen::VectorXcd& force, const Eigen::VectorXcd& answer, Eige
 }  // namespace
 
 LoopSensitivity measure_sensitivity(const IoSettings& io, const ControllerDesign& design, double seconds,
-                                    double excitation) {
+                                    double excitation, StopRequest stop) {
+  rt::HardwareRig rig(io.hardware, io.board());
+  return measure_sensitivity(io, rig, design, seconds, excitation, stop);
+}
+
+LoopSensitivity measure_sensitivity(const IoSettings& io, rt::HardwareRig& rig, const ControllerDesign& design,
+                                    double seconds, double excitation, StopRequest stop) {
   require_range("--seconds", seconds, 6 * kPeriod, 600, "s");
   require_range("--excite-N", excitation, 1e-9, 1e4, "N");
   if (std::abs(design.sample_time * io.rate - 1) > 1e-6) {
@@ -175,15 +186,18 @@ LoopSensitivity measure_sensitivity(const IoSettings& io, const ControllerDesign
   const Eigen::VectorXcd force = excitation_of(lines, period, half, excitation);
   Eigen::VectorXcd answer = Eigen::VectorXcd::Zero(force.size());
 
-  rt::HardwareRig rig(settings.hardware, settings.board());
   const rt::RealtimeThread realtime(settings.realtime);
   rt::WallTime time;
   if (settings.clock == "wall") {
     rt::PacedClock clock(time, settings.pace());
-    run(settings, rig, clock, controller, force, answer, out);
+    run(settings, rig, clock, controller, force, answer, stop, out);
   } else {
     rt::SampleClock clock(rig, time, settings.pace(), settings.watchdog_ns());
-    run(settings, rig, clock, controller, force, answer, out);
+    run(settings, rig, clock, controller, force, answer, stop, out);
+  }
+  if (out.trip == Fault::requested) {
+    out.summary.warn("stopped by a signal: the sensitivity was not measured");
+    return out;
   }
   if (out.trip != Fault::none) {
     out.summary.fail("the loop tripped: " + std::string(to_string(out.trip)));

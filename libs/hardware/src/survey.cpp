@@ -7,6 +7,7 @@
 
 #include "learn_tacho.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/hardware/at_rest.hpp"
 #include "whirl/rt/realtime.hpp"
 
 namespace whirl::hardware {
@@ -90,32 +91,44 @@ struct Watch {
   }
 };
 
-// Ticks left out: the force was held, the displacement is taken from a straight line. Before the first value there is
-// nothing.
-void append(std::vector<double>& to, double value, long missed, bool held) {
-  const double last = to.empty() ? value : to.back();
-  for (long i = 1; i <= missed && !to.empty(); ++i) {
-    to.push_back(held ? last : last + (value - last) * static_cast<double>(i) / static_cast<double>(missed + 1));
+/// Values of the ticks of an excitation; taken while the loop runs, so that it never grows.
+class Ticks {
+ public:
+  explicit Ticks(Eigen::Index most) { values_.reserve(static_cast<std::size_t>(most)); }
+  bool full() const noexcept { return values_.size() == values_.capacity(); }
+  bool empty() const noexcept { return values_.empty(); }
+  double last() const noexcept { return values_.back(); }
+  // Ticks left out: the force was held, the displacement is taken from a straight line. Before the first value there
+  // is nothing.
+  void append(double value, long missed, bool held) noexcept {
+    const double before = values_.empty() ? value : values_.back();
+    for (long i = 1; i <= missed && !values_.empty() && !full(); ++i) {
+      values_.push_back(held ? before
+                             : before + (value - before) * static_cast<double>(i) / static_cast<double>(missed + 1));
+    }
+    if (!full()) values_.push_back(value);
   }
-  to.push_back(value);
-}
+  Eigen::VectorXd vector() const {
+    return Eigen::Map<const Eigen::VectorXd>(values_.data(), static_cast<Eigen::Index>(values_.size()));
+  }
 
-template <class Clock>
-void run(const IoSettings& io, double seconds, double excitation, rt::HardwareRig& rig, Clock& clock, LoopSurvey& out) {
+ private:
+  std::vector<double> values_;
+};
+
+long cycles_of(const IoSettings& io, double seconds) { return std::lround(seconds * io.rate); }
+
+template <class Loop>
+void look(const IoSettings& io, double seconds, rt::HardwareRig& rig, Loop& loop, Idle& idle, LoopSurvey& out) {
   const rt::WallTime time;
-  GivenForce law;
-  rt::Loop loop(rig, law, clock, io.limits(), io.loop());
-  const auto cycles = [&](double t) { return std::lround(t * io.rate); };
-  for (int k = 0; k < io.settle && (k < 10 || rig.fault() == Fault::none); ++k) loop.cycle();
-
   const bool by_board = rig.board_clock();
   std::array<Watch, 2> watch;
   Slope ticks;
   const std::int64_t begun = time.now();
   double tick = 0, turnarounds = 0;
   out.beta_first = rig.board().beta;
-  for (long k = 0; k < cycles(seconds) && rig.fault() == Fault::none; ++k) {
-    const rt::CycleRecord r = loop.cycle();
+  for (long k = 0; k < cycles_of(io, seconds) && idle.answers() && idle.goes_on(); ++k) {
+    const rt::CycleRecord r = idle.cycle(loop);
     const double t = 1e-9 * static_cast<double>(time.now() - begun);
     tick += 1 + static_cast<double>(r.missed);
     out.missed += r.missed;
@@ -138,34 +151,53 @@ void run(const IoSettings& io, double seconds, double excitation, rt::HardwareRi
   for (int i = 0; i < 2; ++i) {
     out.channel[static_cast<std::size_t>(i)] = watch[static_cast<std::size_t>(i)].done(rig, i, by_board ? io.rate : 1);
   }
-  if (excitation <= 0 || rig.fault() != Fault::none) return;
+}
 
-  rig.stay_at_rest();
-  std::array<std::vector<double>, 2> force_sent, displacement;
+template <class Loop>
+void excite(const IoSettings& io, double seconds, double excitation, Loop& loop, GivenForce& law, StopRequest stop,
+            LoopSurvey& out) {
+  const long ticks = cycles_of(io, seconds);
+  std::array<Ticks, 2> sent{Ticks(ticks), Ticks(ticks)}, moved{Ticks(ticks), Ticks(ticks)};
   for (std::size_t axis = 0; axis < 2 && out.trip == Fault::none; ++axis) {
-    const Eigen::VectorXd force = rt::telegraph(excitation, cycles(seconds), 1 + static_cast<unsigned>(axis));
+    const Eigen::VectorXd force = rt::telegraph(excitation, ticks, 1 + static_cast<unsigned>(axis));
     law = {};
     law.force[axis] = &force;
-    std::vector<double>&u = force_sent[axis], &z = displacement[axis];
     loop.arm();
-    for (long k = 0; k < force.size() && out.trip == Fault::none; ++k) {
+    while (!sent[axis].full()) {
+      if (stop()) loop.stop();
       const rt::CycleRecord r = loop.cycle();
-      append(u, axis == 0 ? r.sent.ux : r.sent.uy, r.missed, true);
+      if ((out.trip = r.trip) != Fault::none) break;  // its gap may be of any length
+      sent[axis].append(axis == 0 ? r.sent.ux : r.sent.uy, r.missed, true);
       const double d = axis == 0 ? r.measurement.x : r.measurement.y;
-      append(z, r.measurement.valid || z.empty() ? d : z.back(), r.missed, false);
-      out.trip = r.trip;
+      moved[axis].append(r.measurement.valid || moved[axis].empty() ? d : moved[axis].last(), r.missed, false);
     }
     loop.disarm();
     for (int k = 0; k < 10; ++k) loop.cycle();
   }
   if (out.trip != Fault::none) return;
   // Not before both axes are done: the loop would miss ticks meanwhile.
-  const auto vector = [](const std::vector<double>& v) {
-    return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
-  };
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    out.delay[axis] = rt::loop_delay(vector(force_sent[axis]), vector(displacement[axis]), 1 / io.rate);
+    out.delay[axis] = rt::loop_delay(sent[axis].vector(), moved[axis].vector(), 1 / io.rate);
   }
+}
+
+template <class Clock>
+void run(const IoSettings& io, double seconds, double excitation, rt::HardwareRig& rig, Clock& clock, StopRequest stop,
+         LoopSurvey& out) {
+  GivenForce law;
+  rt::Loop loop(rig, law, clock, io.limits(), io.loop());
+  Idle idle(io, rig, stop);
+  idle.settle(io, loop);
+  look(io, seconds, rig, loop, idle, out);
+  if (excitation > 0) idle.watch_rest(loop);
+  if (idle.stopped()) out.trip = Fault::requested;
+  if (excitation <= 0 || rig.fault() != Fault::none || !idle.goes_on()) return;
+  if (const std::string why = idle.rest().refusal(); !why.empty()) {
+    out.summary.fail("excitation: " + why);
+    return;
+  }
+  rig.stay_at_rest();
+  excite(io, seconds, excitation, loop, law, stop, out);
 }
 
 // What is wrong, one sentence each.
@@ -207,7 +239,8 @@ std::vector<std::string> problems_of(const IoSettings& io, const LoopSurvey& s) 
     if (static_cast<double>(c.frames_lost) > kFew * all)
       say(fmt::format("{} of {:.0f} frames lost", c.frames_lost, all));
   }
-  if (s.trip != Fault::none) out.push_back("excitation: the loop tripped: " + std::string(to_string(s.trip)));
+  if (s.trip != Fault::none && s.trip != Fault::requested)
+    out.push_back("excitation: the loop tripped: " + std::string(to_string(s.trip)));
   for (std::size_t i = 0; i < 2; ++i) {
     const rt::LoopDelay& d = s.delay[i];
     const char* const name = i == 0 ? "x" : "y";
@@ -225,7 +258,12 @@ std::vector<std::string> problems_of(const IoSettings& io, const LoopSurvey& s) 
 
 }  // namespace
 
-LoopSurvey survey(const IoSettings& io, double seconds, double excitation) {
+LoopSurvey survey(const IoSettings& io, double seconds, double excitation, StopRequest stop) {
+  rt::HardwareRig rig(io.hardware, io.board());
+  return survey(io, rig, seconds, excitation, stop);
+}
+
+LoopSurvey survey(const IoSettings& io, rt::HardwareRig& rig, double seconds, double excitation, StopRequest stop) {
   require_range("seconds", seconds, 0.5, 600, "s");
   require_range("excitation", excitation, 0, 1e4, "N");
   if (excitation > 0 && io.safety.displacement <= 0) {
@@ -233,24 +271,29 @@ LoopSurvey survey(const IoSettings& io, double seconds, double excitation) {
   }
   IoSettings settings = io;
   settings.release = 0;
-  rt::HardwareRig rig(io.hardware, io.board());
   LoopSurvey out;
-  try {
-    out.angle = learn_tacho(io, rig);
-  } catch (const Error& e) {
-    // An excitation is for a shaft at rest, where a tacho has nothing to show.
-    excitation > 0 ? out.angle.push_back(e.what()) : out.summary.fail(e.what());
+  // An excitation is for a shaft at rest, where a tacho has nothing to show.
+  if (excitation <= 0) {
+    try {
+      out.angle = learn_tacho(io, rig, stop);
+    } catch (const Error& e) {
+      out.summary.fail(e.what());
+    }
   }
   const rt::RealtimeThread realtime(io.realtime);
   rt::WallTime time;
   if (io.clock == "wall") {
     rt::PacedClock clock(time, io.pace());
-    run(settings, seconds, excitation, rig, clock, out);
+    run(settings, seconds, excitation, rig, clock, stop, out);
   } else {
     rt::SampleClock clock(rig, time, io.pace(), io.watchdog_ns());
-    run(settings, seconds, excitation, rig, clock, out);
+    run(settings, seconds, excitation, rig, clock, stop, out);
   }
   out.excitation = excitation;
+  if (out.trip == Fault::requested) {
+    out.summary.warn("stopped by a signal: not everything was looked at");
+    if (out.channel[0].ticks == 0) return out;
+  }
   for (const std::string& text : problems_of(io, out)) out.summary.fail(text);
   return out;
 }

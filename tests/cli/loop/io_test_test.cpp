@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <numbers>
 
 #include "served.hpp"
@@ -118,6 +119,20 @@ TEST_F(IoTestE2e, ASensitivityThatCannotBeMeasuredIsRefused) {
   const Outcome o = folder.whirl("io test --io io.toml --sensitivity controller.json --excite-N 0.5 --seconds 12");
   EXPECT_EQ(o.exit_code, 1) << o.out;
   EXPECT_NE(o.err.find("tripped"), std::string::npos) << o.err;
+}
+
+// As a run does: with zero force, what was seen so far, and exit code 0.
+TEST_F(IoTestE2e, ASignalEndsTheTestInOrder) {
+  folder.write("rig.toml", kRig);
+  io::save(folder / "controller.json", pd_design());
+  const Served served(folder, "--lockstep --rig rig.toml");
+  for (const std::string more : {"", "--sensitivity controller.json"}) {
+    const std::string command = "cd '" + (folder / "").string() + "' && timeout --preserve-status -s INT 4 '" +
+                                program() + "' io test --io io.toml --seconds 600 --excite-N 0.3 " + more +
+                                " >out.txt 2>err.txt";
+    EXPECT_EQ(std::system(command.c_str()), 0) << slurp(folder / "err.txt");
+    EXPECT_NE(slurp(folder / "err.txt").find("stopped by a signal"), std::string::npos) << slurp(folder / "err.txt");
+  }
 }
 
 TEST_F(IoTestE2e, WithoutExcitationNoForceIsSent) {

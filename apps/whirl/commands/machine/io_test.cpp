@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "command.hpp"
+#include "stop_signal.hpp"
 #include "whirl/hardware/sensitivity.hpp"
 #include "whirl/hardware/survey.hpp"
 #include "whirl/io/model_json.hpp"
@@ -46,7 +47,7 @@ report::Table channel_table(const hardware::IoSettings& io, const hardware::Loop
 void measure_sensitivity(Session& session, const hardware::IoSettings& io, const std::string& controller,
                          double seconds, double excitation) {
   const ControllerDesign design = whirl::io::load<ControllerDesign>(controller);
-  const hardware::LoopSensitivity m = hardware::measure_sensitivity(io, design, seconds, excitation);
+  const hardware::LoopSensitivity m = hardware::measure_sensitivity(io, design, seconds, excitation, stop_requested);
   if (m.trip == Fault::none) {
     const tuning::LoopMargins& margins = m.margins;
     session.say(
@@ -100,10 +101,11 @@ void add_io(CommandLine& app, Session& session) {
         require_range("--seconds", o->seconds, 0.5, 600, "s");
         require_range("--excite-N", o->excite, 0, 1e4, "N");
         const hardware::IoSettings settings = hardware::read_io(o->io);
+        catch_stop_signals();
         if (!o->sensitivity.empty()) {
           return measure_sensitivity(session, settings, o->sensitivity, o->seconds, o->excite);
         }
-        const hardware::LoopSurvey s = hardware::survey(settings, o->seconds, o->excite);
+        const hardware::LoopSurvey s = hardware::survey(settings, o->seconds, o->excite, stop_requested);
         for (const std::string& text : s.angle) session.say(text);
         session.say(report::to_text(channel_table(settings, s)));
         session.say(fmt::format(
@@ -119,6 +121,7 @@ void add_io(CommandLine& app, Session& session) {
         }
         for (std::size_t i = 0; i < 2 && o->excite > 0; ++i) {
           const rt::LoopDelay& d = s.delay[i];
+          if (d.frequency == 0 && d.explained == 0) continue;  // refused, tripped or stopped
           session.say(fmt::format(
               "{}: delay {:.3f} ms, standard deviation {:.3f} ms (commanded force to displacement read, without the "
               "hold); {:.4g} m/s^2 per N, free vibration {:.2f} Hz; fit explains {:.2f} %",

@@ -1,6 +1,7 @@
 #pragma once
 #include "whirl/core/summary.hpp"
 #include "whirl/hardware/io_settings.hpp"
+#include "whirl/hardware/run_loop.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/tuning/loop_margins.hpp"
 
@@ -26,7 +27,10 @@ struct LoopSensitivity {
 /// kept from the controller, as a disturbance would be. Supervision is off, the trip limits of the settings and of the
 /// design act. Throws Error when the rates differ, the shaft turns or nothing trips.
 LoopSensitivity measure_sensitivity(const IoSettings& io, const ControllerDesign& design, double seconds,
-                                    double excitation);
+                                    double excitation, StopRequest stop = never_stop);
+/// The same on a rig that is open.
+LoopSensitivity measure_sensitivity(const IoSettings& io, rt::HardwareRig& rig, const ControllerDesign& design,
+                                    double seconds, double excitation, StopRequest stop = never_stop);
 
 /// whirl.loop-sensitivity/1
 io::Json to_json(const LoopSensitivity& measured);

@@ -6,6 +6,7 @@
 
 #include "whirl/core/summary.hpp"
 #include "whirl/hardware/io_settings.hpp"
+#include "whirl/hardware/run_loop.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/rt/loop.hpp"
 #include "whirl/rt/loop_delay.hpp"
@@ -47,7 +48,10 @@ struct LoopSurvey {
 
 /// Runs the loop without a controller for `seconds`; then, with `excitation` > 0, a random telegraph force of so many
 /// newton on x, then on y, for `seconds` each, on the shaft at rest.
-LoopSurvey survey(const IoSettings& io, double seconds, double excitation);
+LoopSurvey survey(const IoSettings& io, double seconds, double excitation, StopRequest stop = never_stop);
+/// The same on a rig that is open.
+LoopSurvey survey(const IoSettings& io, rt::HardwareRig& rig, double seconds, double excitation,
+                  StopRequest stop = never_stop);
 
 /// whirl.io-test/1
 io::Json to_json(const IoSettings& io, const LoopSurvey& survey);
