@@ -36,7 +36,7 @@ modal::TransientRunupFit modes_of(const signal::SynchronousCurve& curve, const s
     return fit.fit_percent >= percent || fit.summary.residual <= noise;
   };
   modal::TransientRunupFit fit = modal::fit_transient_runup(run, {.modes = 1});
-  if (fit.summary.status == Status::unusable)
+  if (fit.modes.empty())
     throw Error(fmt::format("{}: --steady needs a run-up or run-down: {}", what, fit.summary.reason));
   if (explains(fit, kByOne)) return fit;
   modal::TransientRunupFit two = modal::fit_transient_runup(run, {.modes = 2});

@@ -157,6 +157,39 @@ TEST(TransientRunupProperty, BeatsAreSpacedByFourPiAlpha) {
   }
 }
 
+RunupResponse with_noise(RunupResponse run, double sd, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal(0, sd);
+  for (Complex& z : run.vector) {
+    const double a = normal(random), b = normal(random);
+    z += Complex(a, b);
+  }
+  return run;
+}
+
+// How much the modes explain says nothing alone: noise may leave as much as a wrong model.
+TEST(TransientRunupProperty, NoiseIsNoModelErrorAndAWrongModelIsNoResult) {
+  const std::vector<RunupMode> truth = {mode(1570, 0.02, 4e-7), mode(1655, 0.03, {3e-7, 3e-7})};
+  const RunupResponse run = synthetic(truth, {1e-6, -5e-7}, 1037 * kRpm, 24, 4.7);
+  // Noise of a third of the vectors: fewer percent are explained, and the intervals hold.
+  const TransientRunupFit noisy = fit_transient_runup(with_noise(run, 2e-6, 3));
+  EXPECT_LT(noisy.fit_percent, 90);
+  EXPECT_EQ(noisy.summary.status, Status::ok) << noisy.fit_percent;
+  for (std::size_t k = 0; k < 2; ++k)
+    EXPECT_NEAR(noisy.modes[k].omega.value, truth[k].omega.value, 4 * noisy.modes[k].omega.sd);
+  // Lags read as leads.
+  RunupResponse lags = with_noise(run, 5e-8, 4);
+  lags.vector = lags.vector.conjugate().eval();
+  const TransientRunupFit wrong = fit_transient_runup(lags);
+  EXPECT_LT(wrong.fit_percent, 60);
+  EXPECT_EQ(wrong.summary.status, Status::unusable) << wrong.fit_percent;
+  // No mode at all: what is explained is chance.
+  RunupResponse none = run;
+  none.vector.setConstant(Complex(1e-6, 2e-6));
+  for (unsigned seed = 10; seed < 14; ++seed)
+    EXPECT_EQ(fit_transient_runup(with_noise(none, 1e-6, seed), {.modes = 1}).summary.status, Status::unusable) << seed;
+}
+
 TEST(TransientRunup, ShortOrConstantRunsAreUnusable) {
   RunupResponse run = synthetic({mode(1600, 0.01, 1e-6)}, 0, 1100 * kRpm, 24, 0.4);
   EXPECT_EQ(fit_transient_runup(run).summary.status, Status::unusable);

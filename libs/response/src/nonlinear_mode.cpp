@@ -332,6 +332,12 @@ NonlinearMode fit_steady(const std::vector<SteadyPoint>& points, Estimate& gain)
   mode.chi_square = std::nan("");  // the scatter of the points is their noise: nothing else tells it
   judge(mode);
   mode.summary.residual = sd;
+  // Phases of the other sign leave the balance as it is but for the sign of all that is lost.
+  if (mode.rate(mode.lowest) < 0 && mode.rate(mode.highest) < 0)
+    mode.summary.fail(
+        "the damping is negative at all amplitudes: read as leads the phases have the mode give energy, read as lags "
+        "the "
+        "same points have a positive damping (a column phase_lag_deg, or --phase lag)");
   if (sd > 0.1)
     mode.summary.warn(
         fmt::format("the points scatter by {:.0f} % of their amplitude about one mode: more than one mode, "

@@ -249,6 +249,13 @@ TEST(SteadySineProperty, ModeIsFoundFromAmplitudeAndPhase) {
   EXPECT_NEAR(mode.q.value, m.q, 0.15 * m.q);
   EXPECT_EQ(mode.k5.value, 0);
   EXPECT_EQ(mode.f.value, 0);
+  EXPECT_NE(mode.summary.status, Status::unusable);
+
+  // A mode without drive of its own lags its force: lags read as leads have it give energy at every amplitude.
+  for (SteadyPoint& p : points) p.phase = -p.phase;
+  const NonlinearMode lags = fit_steady(points, gain);
+  EXPECT_EQ(lags.summary.status, Status::unusable);
+  EXPECT_NE(lags.summary.reason.find("lag"), std::string::npos) << lags.summary.reason;
 }
 
 // Swept sine through a hardening resonance at two levels, up and down, at rates that are not quasi-static (a half-power

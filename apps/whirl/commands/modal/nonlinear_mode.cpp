@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 
 #include "commands/machine/record_options.hpp"
 #include "whirl/core/angles.hpp"
@@ -11,6 +12,7 @@
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/outputs.hpp"
 #include "whirl/io/units.hpp"
+#include "whirl/pages/bode_table.hpp"
 #include "whirl/pages/nonlinear_mode.hpp"
 #include "whirl/records/channel_damage.hpp"
 #include "whirl/report/format.hpp"
@@ -21,7 +23,7 @@ namespace {
 
 struct NonlinearModeOptions {
   RecordOptions record;
-  std::string input, channel, force_channel, out, json, figure;
+  std::string input, channel, force_channel, out, json, figure, phase;
   std::vector<std::string> inputs;
   response::SweptSineOptions sweep;
   response::DecayOptions decay;
@@ -91,17 +93,35 @@ void run_decay(const NonlinearModeOptions& o, Session& session) {
          channel->quantity);
 }
 
+/// The table of a sine test, and its column of phases: phase, or phase_lag or phase_lead.
+std::pair<io::Table, std::string> steady_table(const NonlinearModeOptions& o, const std::string& file) {
+  io::CsvOptions options = o.record.csv();
+  options.required = {"frequency_Hz", "force_N", "amplitude_mm", "phase_deg"};
+  std::exception_ptr missing;  // of the usual name
+  for (const char* column : {"phase", "phase_lag", "phase_lead"}) {
+    options.required.back() = std::string(column) + "_deg";
+    try {
+      return {io::read_table(file, options), column};
+    } catch (const MissingColumn& e) {
+      if (e.column() != column) throw;
+      if (!missing) missing = std::current_exception();
+    }
+  }
+  std::rethrow_exception(missing);
+}
+
 /// Points of a table of steady-state responses, or windows of a record with a swept sine.
 void add_points(const NonlinearModeOptions& o, const std::string& file, std::vector<response::SteadyPoint>& points,
                 std::vector<std::string>& warnings, Session& session) {
   if (io::file_kind(file) == "table") {
-    io::CsvOptions options = o.record.csv();
-    options.required = {"frequency_Hz", "force_N", "amplitude_mm", "phase_deg"};
-    const io::Table table = io::read_table(file, options);
+    const auto [table, phase] = steady_table(o, file);
+    const double sign = pages::phase_sign(phase, o.phase);
     for (Eigen::Index k = 0; k < table.rows(); ++k)
-      points.push_back({kTwoPi * table["frequency"][k], table["force"][k], table["amplitude"][k], table["phase"][k]});
+      points.push_back(
+          {kTwoPi * table["frequency"][k], table["force"][k], table["amplitude"][k], sign * table[phase][k]});
     return;
   }
+  if (!o.phase.empty()) throw Error::in_field("--phase", o.phase, "left out: " + file + " is a record");
   const Recording record = o.record.read(file);
   const auto channel = [&](const std::string& flag, const std::string& name) -> const Channel& {
     const Channel* found = record.find(name);
@@ -178,7 +198,8 @@ void add_nonlinear_mode(CommandLine& app, Session& session) {
       app, session, "sine", "One nonlinear mode from stepped or swept sine at several force levels",
       "Input: a table frequency_Hz, force_N, amplitude_mm, phase_deg, one row a steady point: amplitudes peak, phase "
       "of the\n"
-      "displacement against the force (lead > 0; about -90 deg at resonance). Or records with the channels force and\n"
+      "displacement against the force (lead > 0; about -90 deg at resonance; phase_lag_deg or --phase lag for a lag). "
+      "Or records with the channels force and\n"
       "displacement while the sine is swept, up or down: windows of a few periods, the sweep accounted for. Two or "
       "more\n"
       "force levels tell the nonlinearity and the modal mass.\n\n"
@@ -188,6 +209,8 @@ void add_nonlinear_mode(CommandLine& app, Session& session) {
   steady->add_option("INPUT", sine->inputs, "tables or records")->input()->required();
   steady->add_option("--force-channel", sine->force_channel, "records: channel of the force; default: force");
   steady->add_option("--channel", sine->channel, "records: channel of the displacement; default: the first other one");
+  steady->add_option("--phase", sine->phase, "of a table headed phase_deg: phases are lag or lead [lead]")
+      ->one_of({"lag", "lead"});
   steady->add_option("--periods", sine->sweep.periods, "records: in a window")->range(3, 1000)->show_default();
   sine->record.add_to(steady);
   add_outputs(steady, sine);

@@ -7,9 +7,11 @@
 
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
+#include "whirl/core/distributions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/least_squares.hpp"
 #include "whirl/rotor/modal_response.hpp"
+#include "whirl/signal/noise.hpp"
 
 namespace whirl::modal {
 namespace {
@@ -116,7 +118,7 @@ std::vector<double> maxima(const Eigen::VectorXd& speed, const Eigen::VectorXcd&
   return found;
 }
 
-// Peak and the maxima passed after it, in the order of the run.
+/// Peak and the maxima passed after it, in the order of the run.
 void split_peak(const Eigen::VectorXd& speed, const Eigen::VectorXcd& z, double prominence, double& peak,
                 std::vector<double>& beats) {
   Eigen::Index top = 0;
@@ -247,6 +249,8 @@ class Search {
     return project(q, run_.vector);
   }
 
+  static constexpr int kFrequencies = 48, kDampings = 6, kCells = kFrequencies * kDampings;
+
  private:
   struct Cell {
     double w, zeta;
@@ -256,10 +260,8 @@ class Search {
 
   Eigen::VectorXcd column(double w, double zeta) const { return sweep_.at_revolutions(sweep_.fine(w, zeta)); }
 
-  // A quarter of the smallest half-power width would be needed to see every valley in the steady model; Gauss-Newton
-  // bridges the rest.
+  // The steady model needs a quarter of the smallest half-power width to show every valley; Gauss-Newton bridges that.
   void make_cells() {
-    constexpr int kFrequencies = 48, kDampings = 6;
     for (int i = 0; i < kFrequencies; ++i) {
       for (int j = 0; j < kDampings; ++j) {
         const double w = low_ + (high_ - low_) * (i + 0.5) / kFrequencies;
@@ -371,6 +373,36 @@ Eigen::VectorXcd state_modes(const Search::Found& found, const Projection& proje
   return fine;
 }
 
+/// Whether the modes are more than chance finds in the cells of the search, and what is left more than noise. A model
+/// error may lie along one parameter as a whole: it moves it by up to the norm of what is left over the slope there.
+void judge(const Search::Found& found, const Eigen::VectorXcd& z, int modes, TransientRunupFit& fit) {
+  constexpr double kChance = 1e-3, kBeyondNoise = 2, kMostF = 1e6;
+  const double cells = modes == 1 ? Search::kCells : 0.5 * Search::kCells * Search::kCells;
+  const double parameters = 4 * modes, freedom = 2 * static_cast<double>(z.size()) - 2 - parameters;
+  const double explained = (z.array() - z.mean()).matrix().squaredNorm() - found.square;
+  const double f = std::min(explained / parameters / std::max(found.square / freedom, 1e-300), kMostF);
+  if (cells * fisher_f_tail(parameters, freedom, std::max(f, 0.0)) > kChance)
+    return fit.summary.fail(fmt::format(
+        "the modes explain {:.1f} % of the vectors, no more than chance: no mode is found", fit.fit_percent));
+  const double noise = std::hypot(signal::noise_sd(z.real()), signal::noise_sd(z.imag()));
+  if (fit.fit_percent >= kRunupExplained || fit.summary.residual < kBeyondNoise * noise) return;
+  const std::string said =
+      fmt::format("the modes explain {:.1f} % of the vectors, less than {:g} %, and leave more than noise",
+                  fit.fit_percent, kRunupExplained);
+  const Eigen::MatrixXd inverse = found.normal.inverse();
+  for (Eigen::Index k = 0; k < found.p.size(); k += 2) {
+    const double moved = std::sqrt(found.square * inverse(k, k)), zeta = std::exp(found.p[k + 1]);
+    if (!(moved < zeta))
+      return fit.summary.fail(fmt::format(
+          "{}: an error of this size moves the mode at {:.0f} rpm by up to {:.2g} %, more than its half-power width of "
+          "{:.2g} %",
+          said, std::exp(found.p[k]) / kRadPerSecPerRpm, 100 * moved, 100 * zeta));
+  }
+  fit.summary.warn(said +
+                   ": their errors are larger than the standard deviations stated; another number of modes, or "
+                   "stiffness that depends on the amplitude (whirl identify)");
+}
+
 }  // namespace
 
 TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientRunupOptions& options) {
@@ -402,20 +434,12 @@ TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientR
   fit.fit_percent = 100 * (1 - p.residual.norm() / (run.vector.array() - run.vector.mean()).matrix().norm());
   fit.summary.residual = std::sqrt(found.square / static_cast<double>(n));
   const Eigen::VectorXcd fine = state_modes(found, p, sweep, options, low, high, fit);
-  Eigen::VectorXd fine_speed(sweep.samples());
-  for (Eigen::Index i = 0; i < fine_speed.size(); ++i) fine_speed[i] = sweep.speed(i);
+  const auto fine_speed = Eigen::VectorXd::NullaryExpr(fine.size(), [&](Eigen::Index i) { return sweep.speed(i); });
   const double top = run.vector.cwiseAbs().maxCoeff();
   split_peak(fine_speed, fine, 0.002 * top, fit.peak_speed, fit.beats);
   split_peak(run.omega, run.vector, 0.01 * top, fit.peak_speed_measured, fit.beats_measured);
   fit.amplification = half_power(run.omega, run.vector);
-  // The standard deviations are those of the noise; a model that leaves more than that does not have its errors in
-  // them.
-  if (fit.fit_percent < kRunupExplained)
-    fit.summary.warn(
-        fmt::format("the modes explain {:.1f} % of the vectors, less than {:g} %: their errors are larger than "
-                    "the standard deviations stated; another number of modes, or stiffness that depends on "
-                    "the amplitude (whirl identify)",
-                    fit.fit_percent, kRunupExplained));
+  judge(found, run.vector, options.modes, fit);
   fit.summary.trust = fmt::format(
       "Frequencies and damping hold for this run at {:.3g} rad/s^2{}; one probe and one run do not fix two modes "
       "uniquely.",

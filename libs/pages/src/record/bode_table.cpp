@@ -24,32 +24,55 @@ using signal::SynchronousCurve;
 struct Heading {
   AmplitudeKind kind = AmplitudeKind::peak;
   bool kind_stated = false;
-  double sign = 1;  ///< of a phase: -1 where it is a lag
+  std::string phase;  ///< "lag" or "lead" where it says so
   std::string probe;
 };
 
 Heading heading_of(const std::string& name) {
   Heading out;
-  for (std::size_t from = name.find('_'); from < name.size();) {
-    const std::size_t end = std::min(name.find('_', from + 1), name.size());
-    const std::string word = name.substr(from + 1, end - from - 1);
+  for (std::size_t from = 0; from < name.size();) {
+    const std::size_t end = std::min(name.find('_', from), name.size());
+    const std::string word = name.substr(from, end - from);
+    const bool first = from == 0;
+    from = end + 1;
     const bool peak = word == "peak" || word == "0p";
     out.kind_stated = out.kind_stated || peak || word == "pp" || word == "rms";
     if (word == "pp") {
       out.kind = AmplitudeKind::peak_to_peak;
     } else if (word == "rms") {
       out.kind = AmplitudeKind::rms;
-    } else if (word == "lag") {
-      out.sign = -1;
-    } else if (word != "lead" && word != "1x" && !peak) {
+    } else if (word == "lag" || word == "lead") {
+      out.phase = word;
+    } else if (word != "1x" && !peak && !first) {
       out.probe += (out.probe.empty() ? "" : "_") + word;
     }
-    from = end;
   }
   return out;
 }
 
-std::vector<SynchronousCurve> curves_of(const io::Table& table, const std::string& name) {
+void say_kind(const io::Table& table, const std::string& amplitude, const Heading& heading) {
+  if (!heading.kind_stated)
+    io::remark(table.source, amplitude +
+                                 ": its name states no kind of amplitude, peak is taken; amp_peak, amp_pp or amp_rms "
+                                 "state it");
+}
+
+/// The vectors of an amplitude and a phase; `sign` of the phase.
+SynchronousCurve vectors_of(const io::Table& table, const std::string& speed, const Channel& amplitude,
+                            const Channel& phase, AmplitudeKind kind, double sign) {
+  SynchronousCurve curve{"1X", table.in(speed, Quantity::angular_velocity), {}};
+  const bool motion = signal::integrations(amplitude.quantity, amplitude.quantity).has_value();
+  if (!motion) table.in(amplitude.name, Quantity::displacement);
+  table.in(phase.name, Quantity::angle);
+  curve.quantity = amplitude.quantity;
+  curve.vector.resize(curve.speed.size());
+  for (Eigen::Index i = 0; i < curve.vector.size(); ++i)
+    curve.vector[i] = std::polar(amplitude.samples[i] / signal::factor_from_peak(kind), sign * phase.samples[i]);
+  return curve;
+}
+
+std::vector<SynchronousCurve> curves_of(const io::Table& table, const std::string& name,
+                                        const std::string& stated = {}) {
   const Channel* speed = table.find("speed");
   std::vector<std::pair<Heading, const Channel*>> amplitudes, phases;
   for (const Channel& c : table.columns) {
@@ -62,20 +85,10 @@ std::vector<SynchronousCurve> curves_of(const io::Table& table, const std::strin
     const auto phase = std::ranges::find_if(phases, [&](const auto& p) { return p.first.probe == heading.probe; });
     if (phase == phases.end()) continue;
     const bool of_response = table.find("extrapolated") != nullptr;  // `whirl response` writes peaks
-    if (!heading.kind_stated && !of_response)
-      io::remark(table.source, amplitude->name +
-                                   ": its name states no kind of amplitude, peak is taken; amp_peak, amp_pp or amp_rms "
-                                   "state it");
-    SynchronousCurve curve{
-        heading.probe.empty() ? name : heading.probe, table.in("speed", Quantity::angular_velocity), {}};
-    const bool motion = signal::integrations(amplitude->quantity, amplitude->quantity).has_value();
-    if (!motion) table.in(amplitude->name, Quantity::displacement);
-    table.in(phase->second->name, Quantity::angle);
-    curve.quantity = amplitude->quantity;
-    curve.vector.resize(speed->samples.size());
-    for (Eigen::Index i = 0; i < curve.vector.size(); ++i)
-      curve.vector[i] = std::polar(amplitude->samples[i] / signal::factor_from_peak(heading.kind),
-                                   phase->first.sign * phase->second->samples[i]);
+    if (!of_response) say_kind(table, amplitude->name, heading);
+    SynchronousCurve curve =
+        vectors_of(table, "speed", *amplitude, *phase->second, heading.kind, phase_sign(phase->second->name, stated));
+    curve.name = heading.probe.empty() ? name : heading.probe;
     out.push_back(std::move(curve));
   }
   return out;
@@ -183,7 +196,22 @@ std::string first_line(const std::filesystem::path& file) {
 
 }  // namespace
 
-std::vector<SynchronousCurve> read_bode_table(const std::filesystem::path& file) {
+double phase_sign(const std::string& column, const std::string& stated) {
+  const std::string named = heading_of(column).phase;
+  if (!named.empty() && !stated.empty() && named != stated)
+    throw Error::in_field("--phase", stated, fmt::format("{}, as the column '{}' says, or left out", named, column));
+  return (named.empty() ? stated : named) == "lag" ? -1 : 1;
+}
+
+SynchronousCurve curve_of_columns(const io::Table& table, const std::string& speed, const std::string& amplitude,
+                                  const std::string& phase_column, const std::string& phase) {
+  const Channel &size = table.at(amplitude), &angle = table.at(phase_column);
+  const Heading heading = heading_of(amplitude);
+  say_kind(table, amplitude, heading);
+  return vectors_of(table, speed, size, angle, heading.kind, phase_sign(phase_column, phase));
+}
+
+std::vector<SynchronousCurve> read_bode_table(const std::filesystem::path& file, const std::string& phase) {
   if (!std::filesystem::exists(file)) return {};
   const std::string name = file.stem().string();
   io::Table table;
@@ -196,7 +224,7 @@ std::vector<SynchronousCurve> read_bode_table(const std::filesystem::path& file)
   } catch (const Error&) {
     return {};  // a record: its reader says what is wrong with it
   }
-  return curves_of(table, name);
+  return curves_of(table, name, phase);
 }
 
 }  // namespace whirl::pages

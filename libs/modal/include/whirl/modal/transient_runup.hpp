@@ -33,8 +33,9 @@ struct RunupMode {
   std::complex<double> participation;  ///< m: eccentricity as seen by the probe
 };
 
-/// Percent of a run from which on its modes are taken to explain it. Runs that linear modes do not describe read 84 to
-/// 87 %: the kit of examples/data, and the simulated rig, whose stiffness depends on the amplitude.
+/// Percent of a run from which on its modes are taken to explain it, where noise does not take the rest. Runs that
+/// linear modes do not describe read 84 to 87 %: the kit of examples/data, and the simulated rig, whose stiffness
+/// depends on the amplitude.
 inline constexpr double kRunupExplained = 95;
 
 struct TransientRunupFit {
@@ -58,7 +59,9 @@ struct TransientRunupFit {
 /// linear and solved inside (variable projection); w_k, zeta_k by a grid and Gauss-Newton from its best cells. Beats
 /// after the passage, spaced by 4 pi alpha in (w - w_k)^2, exist in the transient model only.
 ///
-/// Summary unusable for fewer than 20 revolutions or a run that changes speed by less than 10 %; warning when the speed
+/// Summary unusable for fewer than 20 revolutions or a run that changes speed by less than 10 %, for modes that explain
+/// no more than chance, and where a model error as large as what is left could move a mode beyond its half-power width.
+/// Warning where more is left than noise and less than 95 % explained, when the speed
 /// leaves its line by more than 1 % or a frequency lies at the edge of the search. Throws Error for unequal lengths or
 /// options out of range.
 TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientRunupOptions& options = {});
