@@ -5,7 +5,9 @@
 
 #include "evidence/model_verdict.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/core/nan.hpp"
 #include "whirl/identify/identify.hpp"
+#include "whirl/records/check.hpp"
 #include "whirl/signal/angle.hpp"
 
 namespace whirl::identification {
@@ -41,6 +43,29 @@ std::vector<double> speeds_of(const Recording& r) {
   return speeds;
 }
 
+/// A channel with NaN where the check of records finds no reading. What is cut off at its limit is one: at least so far
+/// it went.
+Eigen::VectorXd readings_of(const Recording& r, const records::RecordReport& report, const char* name) {
+  Eigen::VectorXd v = r[name];
+  const records::ChannelMask* mask = report.mask(name);
+  if (mask == nullptr) return v;
+  for (Eigen::Index i = 0; i < v.size(); ++i) {
+    const auto limit = [&](const records::Finding& f) {
+      return f.kind == records::FindingKind::clipping && f.channel == name && f.size == v[i];
+    };
+    if (!mask->usable[i] && std::ranges::none_of(report.findings, limit)) v[i] = kNaN;
+  }
+  return v;
+}
+
+double amplitude_of(const Recording& r) {
+  Recording motion;
+  motion.dt = r.dt;
+  for (const char* name : {"x", "y"}) motion.channels.push_back(r.at(name));
+  const records::RecordReport report = records::check(motion);
+  return amplitude_of(readings_of(r, report, "x"), readings_of(r, report, "y"));
+}
+
 }  // namespace
 
 double detail::passing_rate(const std::vector<Recording>& records, double omega) {
@@ -70,7 +95,7 @@ DataRange data_range(const std::vector<Recording>& records) {
   for (const Recording& r : records) {
     // Velocities and accelerations do not show how far it moved.
     const bool displacement = r.at("x").quantity != Quantity::velocity && r.at("x").quantity != Quantity::acceleration;
-    const double largest = displacement ? amplitude_of(r["x"], r["y"]) : std::numeric_limits<double>::infinity();
+    const double largest = displacement ? amplitude_of(r) : std::numeric_limits<double>::infinity();
     range.amplitude = std::max(range.amplitude, largest);
     for (const double speed : speeds_of(r)) {
       if (!std::isfinite(speed)) continue;

@@ -31,6 +31,15 @@ TEST(DataRange, HoldsRadiusAndSpeedsAndNoSingleReadingCounts) {
   EXPECT_NEAR(range.high, 100, 1);
 }
 
+// What the check of records leaves out is no motion, however many samples in a row.
+TEST(DataRange, ReadingsThatAreNoneDoNotCount) {
+  for (const double value : {-9.999, 0.1}) {
+    Recording r = spiral();
+    r.channels[1].samples.segment(1500, 4).setConstant(value);
+    EXPECT_NEAR(data_range({r}).amplitude, 2e-3, 2e-4) << value;
+  }
+}
+
 TEST(DataRange, AnAngleThatComesBackEveryTurnHasTheSameSpeeds) {
   Recording r = spiral();
   for (double& beta : r.channels[2].samples) beta = std::fmod(beta, 2 * std::numbers::pi);
