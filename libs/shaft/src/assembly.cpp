@@ -116,7 +116,7 @@ class Assembler {
     EndSlopes mean{VectorXd::Zero(size_), VectorXd::Zero(size_)};
     const auto add = [&](std::size_t element, bool right, double part) {
       const std::vector<Index> at = coordinates(element);
-      const EndSlopes end = end_slopes(mesh_.elements[element].shape.length, right, static_cast<Index>(at.size()));
+      const EndSlopes& end = right ? elements_[element].right : elements_[element].left;
       mean.deflection(at) += part * end.deflection;
       mean.angle(at) += part * end.angle;
     };

@@ -34,9 +34,12 @@ std::vector<Critical> criticals_with_supports_at(const System& s, double speed, 
   inertia.topRightCorner(n, n) -= Complex(0, ratio) * s.gyroscopic;
   inertia.bottomLeftCorner(n, n) += Complex(0, ratio) * s.gyroscopic;
   // v = L^-H u: (L^-1 inertia L^-H) u = (1 / w^2) u. A small shift keeps a free rotor's stiffness definite.
-  const double shift =
-      kRounding * e.stiffness.diagonal().cwiseAbs().maxCoeff() / e.mass.diagonal().cwiseAbs().maxCoeff();
-  const Eigen::LLT<MatrixXd> cholesky(MatrixXd(e.stiffness + shift * e.mass));
+  Eigen::LLT<MatrixXd> cholesky(e.stiffness);
+  if (s.free > 0 || cholesky.info() != Eigen::Success) {
+    const double shift =
+        kRounding * e.stiffness.diagonal().cwiseAbs().maxCoeff() / e.mass.diagonal().cwiseAbs().maxCoeff();
+    cholesky.compute(MatrixXd(e.stiffness + shift * e.mass));
+  }
   std::vector<Critical> found;
   if (cholesky.info() != Eigen::Success) return found;
   const MatrixXcd lower = MatrixXd(cholesky.matrixL()).cast<Complex>();

@@ -57,27 +57,40 @@ ShapeValues shape_values(double s, double length) {
   return v;
 }
 
-/// Without its inner coordinates, which follow the ends as at rest: q_inner = -K_ii^-1 K_ie q_ends.
-Element condensed(const Element& e) {
-  MatrixXd follow = MatrixXd::Zero(6, 4);
-  follow.topRows(4).setIdentity();
-  const Eigen::Matrix2d inner = e.stiffness.bottomRightCorner<2, 2>();
-  follow.bottomRows(2) = -inner.inverse() * e.stiffness.bottomLeftCorner<2, 4>();
-  const auto onto = [&](const MatrixXd& a) { return MatrixXd(follow.transpose() * a * follow); };
-  return {onto(e.stiffness), onto(e.mass), onto(e.gyroscopic), onto(e.geometric), follow.transpose() * e.load};
+/// What an element is deformed by: (w2 - w1 - l psi1) / l and psi2 - psi1, of its ends. A stiffness built from these
+/// gives no force for a motion as a rigid body, to rounding of the force itself; in the coordinates of the ends that is
+/// the difference of numbers that grow with l^-3, which a short element would lose.
+Eigen::Matrix<double, 2, 4> deformation(double length) {
+  Eigen::Matrix<double, 2, 4> b;
+  b << -1 / length, -1, 1 / length, 0, 0, -1, 0, 1;
+  return b;
+}
+/// Slope of the section angle and shear strain at a point, over the two deformations and the two inner coordinates.
+Eigen::Vector4d bending(double s, double length) {
+  return Eigen::Vector4d((6 - 12 * s), (6 * s - 2), 6 * (1 - 2 * s), 0) / length;
+}
+Eigen::Vector4d shearing(double s) { return {0, 0, -1, 1 - 2 * s}; }
+
+/// Slopes at an end, over the ends and the inner coordinates that the element has.
+EndSlopes slopes_at(double s, double length, const MatrixXd& turn) {
+  const ShapeValues v = shape_values(s, length);
+  const Eigen::Index n = turn.rows();
+  return {turn.transpose() * v.w_slope.head(n), turn.transpose() * v.psi_slope.head(n)};
 }
 
 }  // namespace
 
-EndSlopes end_slopes(double length, bool right, Eigen::Index coordinates) {
-  const ShapeValues v = shape_values(right ? 1 : 0, length);
-  return {v.w_slope.head(coordinates), v.psi_slope.head(coordinates)};
-}
-
 Element make_element(const ElementShape& shape, const Material& material, const Shear& shear, ElementKind kind) {
   const bool stiff = shear.model == ShearModel::none;
   const int n = stiff ? 4 : 6;
-  Element e{MatrixXd::Zero(n, n), MatrixXd::Zero(n, n), MatrixXd::Zero(n, n), MatrixXd::Zero(n, n), VectorXd::Zero(n)};
+  Eigen::Matrix4d stiffness = Eigen::Matrix4d::Zero();
+  Element e{MatrixXd::Zero(n, n),
+            MatrixXd::Zero(n, n),
+            MatrixXd::Zero(n, n),
+            MatrixXd::Zero(n, n),
+            VectorXd::Zero(n),
+            {},
+            {}};
   for (std::size_t g = 0; g < kGaussPoints; ++g) {
     const double s = kGaussAt[g], step = kGaussWeight[g] * shape.length;
     const double outer = shape.outer_left + s * (shape.outer_right - shape.outer_left);
@@ -86,10 +99,11 @@ Element make_element(const ElementShape& shape, const Material& material, const 
     const double moment = kPi / 64 * (std::pow(outer, 4) - std::pow(inner, 4));
     const ShapeValues v = shape_values(s, shape.length);
     const auto square = [n](const auto& a) { return MatrixXd(a.head(n) * a.head(n).transpose()); };
-    e.stiffness += step * material.youngs_modulus * moment * square(v.psi_slope);
+    const Eigen::Vector4d bent = bending(s, shape.length), sheared = shearing(s);
+    stiffness += step * material.youngs_modulus * moment * bent * bent.transpose();
     if (!stiff) {
       const double k = shear_coefficient(shear, material.poisson(), inner / outer);
-      e.stiffness += step * k * material.shear_modulus * area * square(v.strain);
+      stiffness += step * k * material.shear_modulus * area * sheared * sheared.transpose();
     }
     const MatrixXd rotary = step * material.density * moment * square(v.psi);
     e.mass += step * material.density * area * square(v.w) + rotary;
@@ -97,7 +111,29 @@ Element make_element(const ElementShape& shape, const Material& material, const 
     e.geometric += step * square(v.w_slope);
     e.load += step * v.w.head(n);
   }
-  return stiff || kind == ElementKind::internal_node ? e : condensed(e);
+  // Inner coordinates count from where they follow the deformation at rest, -K_ii^-1 K_id d: the ends then have the
+  // stiffness of a shaft with shear strain, GA/l and not EI/l^3, and a short element hides nothing of its neighbours.
+  const Eigen::Matrix<double, 2, 4> ends = deformation(shape.length);
+  Eigen::Matrix2d of_ends = stiffness.topLeftCorner<2, 2>();
+  MatrixXd turn = MatrixXd::Identity(n, n);
+  if (!stiff) {
+    const Eigen::Matrix2d follow = -stiffness.bottomRightCorner<2, 2>().inverse() * stiffness.bottomLeftCorner<2, 2>();
+    of_ends += stiffness.topRightCorner<2, 2>() * follow;
+    turn.bottomLeftCorner<2, 4>() = follow * ends;
+    e.stiffness.bottomRightCorner<2, 2>() = stiffness.bottomRightCorner<2, 2>();
+  }
+  e.stiffness.topLeftCorner<4, 4>() = ends.transpose() * of_ends * ends;
+  const int kept = kind == ElementKind::internal_node ? n : 4;
+  const auto onto = [&](const MatrixXd& a) {
+    return MatrixXd((turn.transpose() * a * turn).topLeftCorner(kept, kept));
+  };
+  return {e.stiffness.topLeftCorner(kept, kept),
+          onto(e.mass),
+          onto(e.gyroscopic),
+          onto(e.geometric),
+          (turn.transpose() * e.load).head(kept),
+          slopes_at(0, shape.length, turn.leftCols(kept)),
+          slopes_at(1, shape.length, turn.leftCols(kept))};
 }
 
 }  // namespace whirl::shaft

@@ -45,7 +45,9 @@ std::size_t Mesh::node(double position) const {
 }
 
 Mesh make_mesh(const Rotor& rotor, int refinement) {
-  const double total = rotor.length(), tolerance = 1e-7 * total;
+  // Stations so near to each other are one: what lies between them bends by less than rounding hides of the rest, which
+  // without shear strain grows with the third power.
+  const double total = rotor.length(), tolerance = (rotor.shear.model == ShearModel::none ? 1e-4 : 1e-5) * total;
   const std::vector<double> stations = named_stations(rotor);
   Mesh mesh;
   mesh.nodes.push_back(0);

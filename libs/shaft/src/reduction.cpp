@@ -28,8 +28,21 @@ std::pair<MatrixXd, MatrixXd> mean_plane(const System& s, double speed) {
   return {stiffness, mass};
 }
 
-/// Eigenvectors of K v = w^2 M v, scaled to v' M v = 1, ascending.
+/// Eigenvectors of K v = w^2 M v, scaled to v' M v = 1, ascending. By the inverse, where there is one: the slow modes
+/// are then exact whatever the fastest, of a short element, is.
 std::pair<VectorXd, MatrixXd> plane_modes(const MatrixXd& stiffness, const MatrixXd& mass) {
+  const Eigen::LLT<MatrixXd> held((stiffness + stiffness.transpose()) / 2);
+  if (held.info() == Eigen::Success) {
+    const MatrixXd lower = held.matrixL();
+    MatrixXd a = lower.triangularView<Eigen::Lower>().solve(mass);
+    a = lower.triangularView<Eigen::Lower>().solve(MatrixXd(a.transpose())).eval();
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(MatrixXd((a + a.transpose()) / 2));
+    if (solver.eigenvalues()[0] > 0) {
+      const VectorXd frequencies = solver.eigenvalues().reverse().cwiseSqrt().cwiseInverse();
+      const MatrixXd shapes = lower.transpose().triangularView<Eigen::Upper>().solve(solver.eigenvectors());
+      return {frequencies, shapes.rowwise().reverse() * frequencies.asDiagonal()};
+    }
+  }
   const Eigen::LLT<MatrixXd> cholesky(mass);
   if (cholesky.info() != Eigen::Success) throw Error("the mass of the rotor is not positive: a part has no inertia");
   const MatrixXd lower = cholesky.matrixL();
@@ -113,7 +126,9 @@ Reduction reduce(const System& s, const ReductionOptions& o) {
   const Index kept = std::min<Index>(o.modes, s.size());
   MatrixXd basis = shapes.leftCols(kept);
   if (o.static_shapes && kept < s.size()) {
-    const MatrixXd held = stiffness + 1e-9 * stiffness.diagonal().maxCoeff() / mass.diagonal().maxCoeff() * mass;
+    MatrixXd held = stiffness;
+    if (Eigen::LLT<MatrixXd>(held).info() != Eigen::Success)
+      held += 1e-9 * stiffness.diagonal().maxCoeff() / mass.diagonal().maxCoeff() * mass;
     const Eigen::PartialPivLU<MatrixXd> lu(held);
     for (const VectorXd& force : applied_forces(s)) {
       if (basis.cols() == s.size()) break;

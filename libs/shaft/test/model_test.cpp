@@ -80,6 +80,26 @@ TEST(ShaftProperty, CriticalsAreWhereCampbellLinesMeetTheSpeed) {
   }
 }
 
+// A station makes an element end there, however near the next one is.
+TEST(ShaftProperty, StationsNearToEachOtherChangeNothing) {
+  for (const auto model : {ShearModel::cowper, ShearModel::none}) {
+    for (const auto kind : {ElementKind::usual, ElementKind::internal_node}) {
+      Rotor rotor = testing::friswell(testing::diagonal(1e5, 1.2e5), 100, 2, kind);
+      rotor.shear.model = model;
+      const std::vector<Critical> usual = criticals(assemble(rotor), 6000 * testing::kRpm);
+      ASSERT_GE(usual.size(), 3U);
+      for (const double apart : {1e-3, 1e-4, 1e-5, 1e-6}) {
+        Rotor near = rotor;
+        near.probes.push_back({"near", rotor.discs[0].position + apart, 0});
+        const std::vector<Critical> found = criticals(assemble(near), 6000 * testing::kRpm);
+        ASSERT_EQ(found.size(), usual.size()) << apart;
+        for (std::size_t k = 0; k < usual.size(); ++k)
+          EXPECT_NEAR(found[k].speed / usual[k].speed, 1, 2e-5) << apart << " " << static_cast<int>(kind);
+      }
+    }
+  }
+}
+
 TEST(ShaftProperty, CampbellLinesKeepTheirDirection) {
   const System s = assemble(testing::friswell(testing::diagonal(1e6, 1e6), 10));
   std::vector<double> speeds;

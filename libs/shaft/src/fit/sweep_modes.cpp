@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/mode_groups.hpp"
 #include "fit/sweep.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
@@ -16,12 +17,6 @@ using Eigen::VectorXd;
 namespace {
 
 using Complex = std::complex<double>;
-
-/// A pole with its vectors in state space (q, q').
-struct StatePair {
-  Complex pole;
-  VectorXcd right, left;  ///< left' right = 1, without conjugation
-};
 
 /// All eigenpairs, those that oscillate below a frequency first.
 struct StatePairs {
@@ -46,35 +41,35 @@ StatePairs state_pairs(const Equations<MatrixXd>& e, const MatrixXd& inverse_mas
   return pairs;
 }
 
-Complex product(const VectorXcd& a, const VectorXcd& b) { return (a.transpose() * b).value(); }
-
-/// Continues the modes of a node by those of the next: of each the one with the largest product of both overlaps,
-/// scaled so that its shape changes least. False where two go on as the same one.
+/// Continues the modes of a node by those of the next: of each the one, or the group of equal poles, with the largest
+/// product of both overlaps, turned so that its shapes change least. False where two go on as the same one.
 bool continue_pairs(const std::vector<StatePair>& before, StatePairs& found) {
-  std::vector<StatePair> kept;
-  std::vector<bool> taken(found.near.size(), false);
-  for (const StatePair& b : before) {
+  const std::vector<ModeGroup> groups = groups_of(found.near);
+  std::vector<std::vector<std::size_t>> going_on(groups.size());  // which of those before go on in a group
+  for (std::size_t i = 0; i < before.size(); ++i) {
     double best = 0;
-    std::size_t at = found.near.size();
-    for (std::size_t j = 0; j < found.near.size(); ++j) {
-      const StatePair& f = found.near[j];
-      const double overlap = std::abs(product(b.left, f.right) * product(f.left, b.right));
-      if (taken[j] || overlap <= best) continue;
+    std::size_t at = groups.size();
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      const double overlap = std::abs(groups[g].overlap(found.near, before[i]));
+      if (going_on[g].size() == groups[g].size() || overlap <= best) continue;
       best = overlap;
-      at = j;
+      at = g;
     }
-    if (at == found.near.size()) return false;
-    taken[at] = true;
-    StatePair next = found.near[at];
-    // Half of what either product shows: the shape then turns without change along itself to third order of the step.
-    Complex scale = std::sqrt(product(b.left, next.right) / product(next.left, b.right));
-    if ((std::conj(scale) * product(b.left, next.right)).real() < 0) scale = -scale;
-    next.right /= scale;
-    next.left *= scale;
-    kept.push_back(std::move(next));
+    if (at == groups.size()) return false;
+    going_on[at].push_back(i);
   }
-  for (std::size_t j = 0; j < found.near.size(); ++j)
-    if (!taken[j]) found.others.push_back(found.near[j]);
+  std::vector<StatePair> kept(before.size());
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    std::vector<StatePair> earlier;
+    for (const std::size_t i : going_on[g]) earlier.push_back(before[i]);
+    const std::vector<StatePair> all = groups[g].continued(found.near, earlier);
+    for (std::size_t j = 0; j < all.size(); ++j) {
+      if (j < earlier.size())
+        kept[going_on[g][j]] = all[j];
+      else
+        found.others.push_back(all[j]);
+    }
+  }
   found.near = std::move(kept);
   return true;
 }
@@ -110,7 +105,7 @@ void add_slopes(const FitModel& model, double speed, const MatrixXd& inverse_mas
     node.pole_slopes.row(k) = mine.row(k);
     for (Index j = 0; j < all; ++j) {
       const Complex apart = poles[k] - poles[j];
-      if (j == k || std::abs(apart) < 1e-9 * std::abs(poles[k])) continue;
+      if (j == k || equal_poles(poles[k], poles[j])) continue;
       for (Index u = 0; u < unknowns; ++u) {
         const Complex turn_right = mine(j, u) / apart;
         const Complex turn_left = of_right[static_cast<std::size_t>(j)](k, u) / apart;
@@ -161,7 +156,7 @@ SweepNode make_node(const FitModel& model, double speed, const MatrixXd& inverse
         continue;
       }
       const Complex apart = node.pole[j] - node.pole[k];
-      if (std::abs(apart) > 1e-9 * std::abs(node.pole[k])) node.coupling(k, j) = -part / apart;
+      if (!equal_poles(node.pole[j], node.pole[k])) node.coupling(k, j) = -part / apart;
     }
   }
   return node;
@@ -183,6 +178,7 @@ SweepModes sweep_modes(const FitModel& model, double lowest, double highest, int
     StatePairs pairs = state_pairs(model.equations(speed), inverse_mass, (first ? 1 : 1.5) * kNear * highest);
     // Without a mode, or where one stops to oscillate, the motion counts as steady.
     if (first ? pairs.near.empty() : !continue_pairs(before, pairs)) return modes;
+    if (first) make_planar(pairs.near);
     modes.nodes[static_cast<std::size_t>(k)] = make_node(model, speed, inverse_mass, pairs);
     before = std::move(pairs.near);
   }

@@ -15,7 +15,8 @@ struct PopulationOptions {
   double start_stiffness = 2, start_damping = 4;  ///< factors by which the file's coefficients are off at most
   double duration = 48;                           ///< of each run, s
   double noise_db = 30;
-  bool trial = true;  ///< a second run, with a trial mass
+  bool trial = true;       ///< a second run, with a trial mass
+  bool symmetric = false;  ///< alike in x and y and about its middle, where its only disc is; no material damping
 };
 
 /// A machine, its drawing with starts for what is unknown, and its records: a run-up, and one with a trial mass.
@@ -61,7 +62,15 @@ inline RotorCase make_rotor_case(unsigned seed, const PopulationOptions& o) {
     }
     rig.bearings.push_back(b);
   }
-  for (std::size_t k = 0; k < 2; ++k) rig.masses.push_back({rig.discs[k].position, even(4e-5, 1e-4), even(-pi, pi)});
+  if (o.symmetric) {
+    rig.damping_time = 0;
+    rig.discs.pop_back();
+    rig.discs[0].position = rig.length / 2;
+    rig.bearings[1] = rig.bearings[0];
+    rig.bearings[1].position = rig.length;
+    for (RigBearing& b : rig.bearings) b.ky = b.kx, b.cy = b.cx, b.ky1 = b.kx1, b.cy1 = b.cx1;
+  }
+  for (const RigDisc& d : rig.discs) rig.masses.push_back({d.position, even(4e-5, 1e-4), even(-pi, pi)});
   for (const auto& [name, z, a] :
        {std::tuple{"A x", 0.0, 0.0}, {"A y", 0.0, pi / 2}, {"B x", rig.length, 0.0}, {"B y", rig.length, pi / 2}})
     rig.probes.push_back(
@@ -71,7 +80,7 @@ inline RotorCase make_rotor_case(unsigned seed, const PopulationOptions& o) {
   r.materials = {{"steel", rig.young, rig.shear, rig.density, 0}};
   r.shear.model = shaft::ShearModel::cowper;
   r.sections = {{rig.length, rig.diameter, rig.diameter, 0, 0, 0, 0}};
-  for (std::size_t k = 0; k < 2; ++k) {
+  for (std::size_t k = 0; k < rig.discs.size(); ++k) {
     const RigDisc& d = rig.discs[k];
     r.discs.push_back({"disc " + std::to_string(k + 1), d.position, d.mass, d.transverse, d.polar, 0});
     r.unbalances.push_back({d.position, d.position, 0, 0});
@@ -90,7 +99,7 @@ inline RotorCase make_rotor_case(unsigned seed, const PopulationOptions& o) {
   rig.young *= young;
   rig.shear *= young;
   rig.diameter *= 1 + even(-1, 1) * o.errors.diameter;
-  for (std::size_t k = 0; k < 2; ++k) {
+  for (std::size_t k = 0; k < rig.discs.size(); ++k) {
     RigDisc& d = rig.discs[k];
     d.position += even(-1, 1) * o.errors.disc_position;
     rig.masses[k].position = d.position;
@@ -101,7 +110,7 @@ inline RotorCase make_rotor_case(unsigned seed, const PopulationOptions& o) {
   }
   const std::vector<double> criticals = ShaftRigModel(rig).criticals();
   c.top = (o.second_critical ? 1.35 * criticals.at(1) : 1.6 * criticals.at(0));
-  if (!o.second_critical) c.top = std::min(c.top, 0.6 * criticals.at(1));
+  if (!o.second_critical && !o.symmetric) c.top = std::min(c.top, 0.6 * criticals.at(1));
   rig.lowest = 20;
   rig.highest = c.top;
   const ShaftRigModel model(rig);
