@@ -43,7 +43,9 @@ Choice parse_choice(const std::string& text, const std::vector<const Signal*>& s
   choice.name = split.unit != nullptr ? split.name : wanted;
   choice.header = colon == std::string::npos ? choice.name : text.substr(0, colon);
   choice.unit = split.unit;
-  if (colon != std::string::npos && split.unit == nullptr) throw Error(unit_problem(wanted));
+  // "3:+X:x" keeps the unit of the file; "x_furlong" asks for one that is not known.
+  if (colon != std::string::npos && split.unit == nullptr && wanted.find('_', 1) != std::string::npos)
+    throw Error(unit_problem(wanted));
   if (choice.factor != 1 && split.unit == nullptr) throw Error::in_field("--columns", text, "HEADER:name_unit*FACTOR");
   return choice;
 }

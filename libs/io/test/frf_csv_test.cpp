@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <complex>
 #include <filesystem>
+#include <fstream>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/formats.hpp"
 #include "whirl/testing/data.hpp"
 
 namespace whirl::io {
@@ -20,6 +23,20 @@ std::string frf_csv_error(std::string_view text) {
     return e.what();
   }
   return "no error";
+}
+
+TEST(FrfCsv, TheAxisMayHaveItsUsualNames) {
+  for (const char* axis : {"freq_hz", "frequency_Hz", "Frequency [Hz]", "f [Hz]", "hz"}) {
+    const std::string text = std::string(axis) + ",H_re,H_im\n5,1,2\n6,3,4\n7,5,6\n";
+    const FrequencyResponse frf = frf_from_table(parse_table(text, "f.csv"), FrfKind::receptance);
+    EXPECT_EQ(frf.frequency[2], 7) << axis;
+    ASSERT_EQ(frf.channels.size(), 1u) << axis;
+    EXPECT_EQ(frf.channels[0].value[1], std::complex<double>(3, 4)) << axis;
+    const auto file = std::filesystem::path(::testing::TempDir()) / "frf_axis.csv";
+    std::ofstream(file) << text;
+    EXPECT_TRUE(read_responses(file, FrfKind::receptance).has_value()) << axis;
+    std::filesystem::remove(file);
+  }
 }
 
 TEST(FrfCsv, WrittenTableReadsBack) {

@@ -333,6 +333,11 @@ TEST(Uff, MissingUnitIsAskedForNotGuessed) {
   recording.add("1:+X", whirl::Quantity::displacement, Eigen::VectorXd::LinSpaced(5, 0, 1));
   whirl::io::UffFile file = whirl::io::uff_from_recording(recording);
   EXPECT_EQ(whirl::io::recording_of(whirl::io::signals_from_uff(file))["1:+X"], recording["1:+X"]);
+  // A name alone keeps the unit of the file.
+  EXPECT_EQ(whirl::io::recording_of(whirl::io::signals_from_uff(file), {.columns = {"1:+X:x"}})["x"],
+            recording["1:+X"]);
+  EXPECT_THROW(whirl::io::recording_of(whirl::io::signals_from_uff(file), {.columns = {"1:+X:x_furlong"}}),
+               whirl::Error);
   file.functions[0].ordinate.unit.clear();
   file.units.clear();
   EXPECT_THROW(whirl::io::recording_of(whirl::io::signals_from_uff(file)), whirl::Error);

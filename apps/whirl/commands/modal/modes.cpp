@@ -55,7 +55,8 @@ std::vector<FrequencyResponse> read_parts(const ModesOptions& o, std::vector<std
     if (!found)
       throw Error::in_file(
           file, 0,
-          fmt::format("holds no frequency responses: make them with `whirl frf {} --out frf.json`, then give frf.json",
+          fmt::format("holds no frequency responses (a table of them has freq_hz, H1_re, H1_im, ...): of records, make "
+                      "them with `whirl frf {} --out frf.json`, then give frf.json",
                       file));
     // Those of a document written by `whirl frf` were shown when it was made.
     if (io::file_format(file) != io::FileFormat::json) {

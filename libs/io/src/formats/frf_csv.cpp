@@ -7,11 +7,18 @@
 #include <set>
 
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 
 namespace whirl::io {
 
+bool is_frequency_axis(const Channel& column) {
+  const std::string name = small_letters(column.name);
+  return column.quantity == Quantity::frequency && (name == "freq" || name == "frequency" || name == "f");
+}
+
 FrequencyResponse frf_from_table(const Table& table, FrfKind kind) {
-  const Eigen::VectorXd& freq = table.in("freq", Quantity::frequency);
+  const auto axis = std::ranges::find_if(table.columns, is_frequency_axis);
+  const Eigen::VectorXd& freq = axis != table.columns.end() ? axis->samples : table.in("freq", Quantity::frequency);
   FrequencyResponse frf;
   frf.kind = kind;
   frf.frequency = freq;
@@ -50,9 +57,11 @@ FrequencyResponse frf_from_table(const Table& table, FrfKind kind) {
 }
 
 FrequencyResponse read_frf_csv(const std::filesystem::path& path, FrfKind kind) {
+  const Table table = read_table(path);
+  if (std::ranges::any_of(table.columns, is_frequency_axis)) return frf_from_table(table, kind);
   CsvOptions options;
   options.required = {"freq_hz"};
-  return frf_from_table(read_table(path, options), kind);
+  return frf_from_table(read_table(path, options), kind);  // says what is missing
 }
 
 void write_frf_csv(const std::filesystem::path& path, const FrequencyResponse& frf) {

@@ -6,6 +6,9 @@
 
 namespace whirl::io {
 
+/// The axis of such a table: `freq`, `frequency` or `f`, in whatever unit of a frequency.
+bool is_frequency_axis(const Channel& column);
+
 /// Frequency responses from a table `freq_hz,H1_re,H1_im,H2_re,H2_im,...` with, where known,
 /// `H1_coherence_1`. The file does not say what was measured: `kind` does, and the values are in its SI unit
 /// (m/N, m/(s N), m/(s^2 N)).

@@ -73,8 +73,9 @@ SignalFile signals_from_csv(const std::filesystem::path& path, const CsvOptions&
 
 std::optional<FrequencyResponse> responses_from_csv(const std::filesystem::path& path, const ResponseOptions& options) {
   const CsvStream stream(path);
-  const bool spectra = std::any_of(stream.columns().begin(), stream.columns().end(),
-                                   [](const CsvColumn& c) { return c.name == "freq"; });
+  const bool spectra = std::any_of(stream.columns().begin(), stream.columns().end(), [](const CsvColumn& c) {
+    return is_frequency_axis({c.name, c.unit->quantity, {}});
+  });
   if (!spectra) return {};
   if (!options.kind)
     throw Error::in_file(path.string(), 1,
