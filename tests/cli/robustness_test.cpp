@@ -115,6 +115,15 @@ TEST_F(RobustnessE2e, ReportsProbabilityWithItsInterval) {
   EXPECT_EQ(low.exit_code, 1);
   EXPECT_NE(low.err.find("gain margin 1.05: must be at least 1.33"), std::string::npos) << low.err;
   EXPECT_NE(low.out.find("% (rms) of its held-out motion unexplained"), std::string::npos) << low.out;
+  // What `design` called unusable is so here too, whatever the machines do.
+  design = io::load<ControllerDesign>(folder / "c.json");
+  design.summary.add(
+      {FindingCode::requirement_missed, Consequence::unusable, {}, "not certified: the supervision steps in"});
+  io::save(folder / "bad.json", design);
+  const Outcome bad = folder.whirl("robustness bad.json model.json --mass-kg 1.5 --samples 8 --quiet --json");
+  EXPECT_EQ(bad.exit_code, 1) << bad.err;
+  EXPECT_NE(bad.err.find("not certified: the supervision steps in"), std::string::npos) << bad.err;
+  EXPECT_NE(bad.out.find("requirement_missed"), std::string::npos) << bad.out;
   const Outcome run = folder.whirl("run low.json --added-mass-g 5");
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_NE(run.out.find("FAILS: the margins of the design: gain margin 1.05"), std::string::npos) << run.out;

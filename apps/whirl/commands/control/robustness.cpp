@@ -47,6 +47,18 @@ void say_structure(const Session& session, double left, Summary& summary) {
                "for it");
 }
 
+/// What made the design unusable makes this study so: it judges no other controller.
+void take_verdict(const Summary& design, Summary& summary) {
+  if (design.status != Status::unusable) return;
+  bool said = false;
+  for (const Finding& f : design.findings) {
+    if (f.consequence != Consequence::unusable) continue;
+    summary.add(f);
+    said = true;
+  }
+  if (!said) summary.fail("the design: " + design.reason);
+}
+
 void run_study(RobustnessOptions* o, Session& session) {
   const MpiRanks mpi;
   const tuning::Ranks& ranks = mpi.ranks();
@@ -89,6 +101,7 @@ void run_study(RobustnessOptions* o, Session& session) {
     tuning::state_parts(identification::Consumer::robustness, model, d.hardware, summary);
     say_structure(session, o->plant.is_fmu() ? std::nan("") : identification::load_left_unexplained(o->plant.model),
                   summary);
+    take_verdict(design.summary, summary);
     if (const std::string low = tuning::margin_shortfall(design); !low.empty()) {
       summary.fail("the margins of the design: " + low);
     }
@@ -176,7 +189,8 @@ void add_robustness(CommandLine& app, Session& session) {
       "probability\n"
       "of exceeding --limit-mm with its 95 % interval (Clopper-Pearson). Fails (exit code 1) where surely more than 5 "
       "% of "
-      "the\nmachines fail the acceptance limits of `whirl run`, or the margins of the design are too small; --out DIR "
+      "the\nmachines fail the acceptance limits of `whirl run`, the margins of the design are too small or `design` "
+      "called the\ncontroller unusable; --out DIR "
       "writes "
       "robustness.json and "
       "report.html.\n"
