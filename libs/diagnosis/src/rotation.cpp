@@ -101,10 +101,43 @@ std::optional<Rotation> rotation_of(const Recording& record) {
   return out;
 }
 
+VectorXd gaps_bridged(VectorXd x) {
+  Index known = -1;
+  for (Index i = 0; i <= x.size(); ++i) {
+    if (i < x.size() && !std::isfinite(x[i])) continue;
+    const double left = known >= 0 ? x[known] : i < x.size() ? x[i] : 0, right = i < x.size() ? x[i] : left;
+    for (Index k = known + 1; k < i; ++k)
+      x[k] = left + (right - left) * static_cast<double>(k - known) / static_cast<double>(i - known);
+    known = i;
+  }
+  return x;
+}
+
+namespace {
+
+/// Only the blocks of turns whose readings are all there.
+void keep_whole(signal::OrderVectors& v, const VectorXd& x, double dt, int turns) {
+  std::vector<Index> kept;
+  for (Index b = 0; b < v.value.size(); ++b) {
+    const double half = 0.5 * turns * kTwoPi / v.speed[b];
+    const auto first = std::max<Index>(0, static_cast<Index>(std::floor((v.time[b] - half) / dt)));
+    const auto end = std::min(x.size(), static_cast<Index>(std::ceil((v.time[b] + half) / dt)) + 1);
+    if (x.segment(first, end - first).allFinite()) kept.push_back(b);
+  }
+  v.time = VectorXd(v.time(kept));
+  v.speed = VectorXd(v.speed(kept));
+  v.value = Eigen::VectorXcd(v.value(kept));
+}
+
+}  // namespace
+
 signal::SynchronousCurve order_curve(const Recording& record, const Rotation& rotation, const std::string& channel,
                                      double order, int turns, double slow_roll) {
-  const signal::OrderVectors v = signal::order_vectors(record[channel].segment(rotation.first, rotation.size()),
-                                                       rotation.angle, record.dt, order, turns);
+  const VectorXd x = record[channel].segment(rotation.first, rotation.size());
+  signal::OrderVectors v = signal::order_vectors(gaps_bridged(x), rotation.angle, record.dt, order, turns);
+  if (x.hasNaN()) keep_whole(v, x, record.dt, turns);
+  if (v.value.size() == 0)
+    throw Error(fmt::format("{}: channel {}: no turn has all of its readings", record.source, channel));
   signal::SynchronousCurve curve{channel, v.speed, v.value, v.time, record.at(channel).quantity, order};
   if (slow_roll <= 0) return curve;
   std::complex<double> sum = 0;

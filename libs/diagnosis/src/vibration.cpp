@@ -78,6 +78,24 @@ bool at_one_speed(const Rotation& rotation) {
   return rotation.speed.maxCoeff() - rotation.speed.minCoeff() <= 2 * kOneSpeed * rotation.speed.mean();
 }
 
+signal::SynchronousCurve shown_curve(const Recording& record, const Rotation& rotation, const std::string& channel,
+                                     double order, int turns, double slow_roll) {
+  constexpr Index kTurns = 32;
+  signal::SynchronousCurve curve = order_curve(record, rotation, channel, order, turns, slow_roll);
+  const Index n = curve.vector.size(), window = std::min(kTurns, n);
+  if (turns != 1 || window < 3 || !at_one_speed(rotation)) return curve;
+  VectorXd weight(window);
+  for (Index i = 0; i < window; ++i)
+    weight[i] = 1 - std::cos(kTwoPi * (static_cast<double>(i) + 0.5) / static_cast<double>(window));
+  weight /= weight.sum();
+  const Eigen::VectorXcd vector = curve.vector;
+  for (Index b = 0; b < n; ++b) {
+    const Index first = std::clamp<Index>(b - window / 2, 0, n - window);
+    curve.vector[b] = vector.segment(first, window).cwiseProduct(weight.cast<std::complex<double>>()).sum();
+  }
+  return curve;
+}
+
 HousingZone housing_zone(const ChannelVibration& channel, const MachineClass& machine) {
   const signal::BandLevel& level = *channel.housing;
   const std::optional<SynchronousPart>& first = channel.synchronous;

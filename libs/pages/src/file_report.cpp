@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "whirl/core/error.hpp"
+#include "whirl/pages/record_views.hpp"
 #include "whirl/pages/text/findings.hpp"
 #include "whirl/pages/vibration_tables.hpp"
+#include "whirl/signal/motion_quantity.hpp"
 #include "whirl/signal/tacho.hpp"
 
 namespace whirl::pages {
@@ -39,6 +42,23 @@ diagnosis::VibrationFindings vibration_of_table(const Recording& record) {
     return diagnosis::find_vibration(record);
   } catch (const Error&) {
     return {};
+  }
+}
+
+/// Range, mean and rms without the readings that the check leaves out of the motions.
+void describe_usable(const Recording& record, const records::RecordReport& checked,
+                     std::vector<io::ChannelInfo>& channels) {
+  for (io::ChannelInfo& info : channels) {
+    const Channel* c = record.find(info.name);
+    const records::ChannelMask* mask = checked.mask(info.name);
+    if (c == nullptr || mask == nullptr || !signal::integrations(c->quantity, c->quantity)) continue;
+    const auto used = mask->usable && c->samples.array().isFinite();
+    const auto count = static_cast<double>(used.count());
+    if (count == 0) continue;
+    info.minimum = used.select(c->samples.array(), INFINITY).minCoeff();
+    info.maximum = used.select(c->samples.array(), -INFINITY).maxCoeff();
+    info.mean = used.select(c->samples.array(), 0.0).sum() / count;
+    info.rms = std::sqrt(used.select(c->samples.array().square(), 0.0).sum() / count);
   }
 }
 
@@ -114,9 +134,13 @@ FileReport report_file(const io::SignalFile& file, const std::function<Recording
     } catch (const Error& e) {
       report.info.findings.push_back(std::string("no 1X: ") + e.what());
     }
-    report.vibration.push_back(diagnosis::vibration_of(record, rotation));
     report.records.push_back(known ? records::check(record) : records::RecordReport{});
-    report.findings.push_back(known ? vibration_of_table(turning) : diagnosis::VibrationFindings{});
+    const records::RecordReport& checked = report.records.back();
+    const Recording clean = without_bad_samples(record, checked, rotation);
+    report.vibration.push_back(diagnosis::vibration_of(clean, rotation));
+    report.findings.push_back(known ? vibration_of_table(without_bad_samples(turning, checked, rotation))
+                                    : diagnosis::VibrationFindings{});
+    describe_usable(record, checked, report.info.tables[k].channels);
     if (report.records.back().findings.empty()) continue;
     for (io::ChannelInfo& c : report.info.tables[k].channels)
       c.damage.clear();  // the record check says it with the time and what follows

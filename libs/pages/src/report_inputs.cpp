@@ -49,7 +49,13 @@ ReportInputs read_report_inputs(const std::vector<std::filesystem::path>& files,
       in.bode.push_back({name, std::move(curves)});
     } else {
       Recording record = read ? read(file) : io::read_recording(file);
-      (record.has("x_open") && record.has("x_true") ? in.logs : in.records).push_back({name, std::move(record)});
+      if (record.has("x_open") && record.has("x_true")) {
+        in.logs.push_back({name, std::move(record)});
+        continue;
+      }
+      CleanRecord clean = without_bad_samples(std::move(record));
+      in.records.push_back({name, std::move(clean.record)});
+      if (!clean.left_out.empty()) in.left_out[name] = std::move(clean.left_out);
     }
   }
   return in;

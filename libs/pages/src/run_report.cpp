@@ -175,7 +175,7 @@ class RunReport {
       if (!turning) continue;
       for (const Channel& c : record.channels) {
         if (c.quantity == Quantity::displacement || diagnosis::of_a_housing(c, record))
-          add(name, diagnosis::order_curve(record, *turning, c.name, 1, 1, o_.slow_roll));
+          add(name, diagnosis::shown_curve(record, *turning, c.name, 1, 1, o_.slow_roll));
       }
     }
     for (const auto& [name, curves] : in_.bode) {
@@ -238,7 +238,12 @@ class RunReport {
     for (const auto& [name, record] : in_.records) {
       doc_.subsection(name);
       left_out_.clear();
-      const std::vector<ViewedRun> run{{name, record}};
+      const auto bad = in_.left_out.find(name);
+      const std::vector<ViewedRun> run{
+          {name, record, bad == in_.left_out.end() ? std::vector<std::string>{} : bad->second}};
+      if (bad != in_.left_out.end())
+        doc_.callout(Callout::Kind::warning, "Readings left out of every number and figure",
+                     fmt::format("{}", fmt::join(bad->second, "; ")));
       ViewOptions v = view_options();
       draw("traces", run, v, "Time traces of " + name + ".");
       const std::vector<std::vector<std::string>> sensors = sensors_by_quantity(record);

@@ -2,12 +2,17 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
+#include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <numbers>
+#include <sstream>
 
 #include "../program.hpp"
+#include "whirl/io/json.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -144,6 +149,143 @@ TEST(AdviceE2e, HeldSpeedsAreNoFastRun) {
   const Outcome held = folder.whirl("transient bode.csv --modes 1 --steady");
   EXPECT_EQ(held.exit_code, 0) << held.err;
   EXPECT_NE(held.out.find("mode 1: 1500.0"), std::string::npos) << held.out;
+}
+
+// Phases that lag, under a heading that says nothing, as one that says so, and with the flag.
+TEST(AdviceE2e, LagsAreToldFromLeads) {
+  const Folder folder;
+  const auto table = [](const std::string& header, double sign) {
+    std::string text = header + "\n";
+    for (int rpm = 1000; rpm <= 2000; rpm += 20) {
+      const std::complex<double> s(0, rpm / 1500.0), h = s * s / (s * s + 0.04 * s + 1.0);
+      text += fmt::format("{},{:.5f},{:.3f}\n", rpm, 80 * std::abs(h), sign * std::arg(h) * 180 / std::numbers::pi);
+    }
+    return text;
+  };
+  folder.write("lead.csv", table("speed_rpm,amp_pp_DE_um,phase_DE_deg", 1));
+  folder.write("lag.csv", table("speed_rpm,amp_pp_DE_um,phase_DE_deg", -1));
+  folder.write("named.csv", table("speed_rpm,amp_pp_DE_um,phase_lag_DE_deg", -1));
+  folder.write("columns.csv", table("speed_rpm,DE_amp_pp_um,DE_phase_deg", -1));
+  folder.write("said.csv", table("speed_rpm,DE_amp_pp_um,DE_lag_deg", -1));
+  const std::string columns = " --amplitude-column DE_amp_pp --phase-column DE_phase", held = " --modes 1 --steady";
+  for (const std::string wrong : {"lag.csv", "columns.csv", "named.csv --phase lead", "lead.csv --phase lag"}) {
+    const bool by_name = wrong == "columns.csv";
+    const Outcome o = folder.whirl("transient " + wrong + (by_name ? columns : "") + held);
+    const bool contradicts = wrong.starts_with("named");
+    EXPECT_EQ(o.exit_code, contradicts ? 2 : 1) << wrong << o.out << o.err;
+    EXPECT_NE(o.err.find(contradicts ? "phase_lag_DE" : "read as"), std::string::npos) << o.err;
+  }
+  for (const std::string right :
+       {"lead.csv", "lag.csv --phase lag", "named.csv", "named.csv --phase lag", "columns.csv", "said.csv"}) {
+    const std::string named = right == "columns.csv" ? columns + " --phase lag"
+                              : right == "said.csv"  ? " --amplitude-column DE_amp_pp --phase-column DE_lag"
+                                                     : "";
+    const Outcome o = folder.whirl("transient " + right + named + held);
+    EXPECT_EQ(o.exit_code, 0) << right << o.err;
+    EXPECT_NE(o.out.find("mode 1: 1500."), std::string::npos) << right << o.out;
+    EXPECT_EQ(o.err.find("no kind of amplitude"), std::string::npos) << o.err;
+  }
+
+  // One mode under a sine of 2 and 6 N: mass 2 kg, 30 Hz, c / m = 4 1/s.
+  const auto sine = [](const std::string& phase, double sign) {
+    std::string text = "frequency_Hz,force_N,amplitude_mm," + phase + "\n";
+    for (const double force : {2.0, 6.0})
+      for (double f = 26; f <= 34; f += 0.25) {
+        const double w = 2 * std::numbers::pi * f, scatter = 1 + 0.002 * std::sin(40 * f * force);
+        const std::complex<double> h = force / 2 / std::complex<double>(35530 - w * w, 4 * w);
+        text += fmt::format("{},{},{:.6f},{:.4f}\n", f, force, 1e3 * scatter * std::abs(h),
+                            sign * std::arg(h) * 180 / std::numbers::pi);
+      }
+    return text;
+  };
+  folder.write("lead.csv", sine("phase_deg", 1));
+  folder.write("lag.csv", sine("phase_deg", -1));
+  folder.write("named.csv", sine("phase_lag_deg", -1));
+  folder.write("leads.csv", sine("phase_lead_deg", 1));
+  for (const char* right : {"lead.csv", "lag.csv --phase lag", "named.csv", "leads.csv"}) {
+    const Outcome o = folder.whirl(std::string("sine ") + right);
+    EXPECT_EQ(o.exit_code, 0) << right << o.err;
+    EXPECT_NE(o.out.find("damping 1.0"), std::string::npos) << o.out;
+  }
+  const Outcome o = folder.whirl("sine lag.csv");
+  EXPECT_EQ(o.exit_code, 1) << o.out;
+  EXPECT_NE(o.err.find("--phase lag"), std::string::npos) << o.err;
+  EXPECT_EQ(folder.whirl("sine named.csv --phase lead").exit_code, 2);
+}
+
+// What is said to be left out is in no number, figure or page, and each of them says so: a run-up whose 1X of y grows
+// to 287 um at its end, with readings that are none, or cut off.
+TEST(AdviceE2e, ReadingsLeftOutAreInNoNumber) {
+  const Folder folder;
+  const auto write = [&](const std::string& name, const std::function<double(int, double)>& reading) {
+    std::string text = "t_s,x_um,y_um,beta_rad\n";
+    for (int i = 0; i < 8000; ++i) {
+      const double t = 1e-3 * i, turns = 10 * t + t * t, a = 2 * std::numbers::pi * turns, share = t / 8;
+      const double noise = 0.3 * std::sin(77.7 * i * i);
+      const double x = 287 * share * std::cos(a) + noise, y = 287 * share * std::sin(a) + noise;
+      text += fmt::format("{:.4f},{:.3f},{:.3f},{:.5f}\n", t, x, reading(i, y), a);
+    }
+    folder.write(name, text);
+  };
+  write("one.csv", [](int i, double y) { return i == 5000 ? -9999 : y; });
+  write("more.csv", [](int i, double y) { return i % 1000 == 500 ? 9999 : y; });
+  write("cut.csv", [](int, double y) { return std::clamp(y, -250.0, 250.0); });
+  for (const std::string name : {"one", "more", "cut"}) {
+    const std::string file = name + ".csv", kind = name == "cut" ? "clipped" : "spikes";
+    const Outcome info = folder.whirl("info " + file + " --json");
+    const io::Json json = io::parse_json(info.out, "info");
+    const io::Json& table = json.find("tables")->get<io::Json::Array>()->front();
+    const io::JsonReader in(table, "table"), y = in.at("vibration").items()[1];
+    EXPECT_NEAR(y.at("synchronous").at("peak").number(), 286e-6, 3e-6) << name;
+    EXPECT_LT(y.at("largest_peak").number(), 300e-6) << name;
+    EXPECT_LT(in.at("channels").items()[1].at("maximum").number(), 300e-6) << name;
+    EXPECT_GT(in.at("channels").items()[1].at("minimum").number(), -300e-6) << name;
+    const Outcome plot = folder.whirl("plot " + file + " --what bode --channels y --out " + name + "_bode.csv");
+    EXPECT_EQ(plot.exit_code, 0) << plot.err;
+    EXPECT_NE(plot.err.find(kind), std::string::npos) << name << plot.err;
+    const std::string bode = slurp(folder / (name + "_bode.csv"));
+    double largest = 0;
+    std::size_t vectors = 0;
+    for (std::size_t at = bode.find('\n'); at + 1 < bode.size(); at = bode.find('\n', at + 1), ++vectors) {
+      const std::size_t comma = bode.find(',', at);
+      largest = std::max(largest, std::atof(bode.c_str() + comma + 1));
+    }
+    EXPECT_GT(vectors, 100u);
+    EXPECT_TRUE(std::abs(largest - 286) < 3 || std::abs(largest - 0.286) < 0.003) << name << " " << largest;
+    const Outcome report = folder.whirl("report " + file + " --out " + name + ".html");
+    EXPECT_EQ(report.exit_code, 0) << report.err;
+    const std::string page = slurp(folder / (name + ".html"));
+    EXPECT_NE(page.find("Readings left out of every number"), std::string::npos) << name;
+    EXPECT_NE(page.find("channel y: " + kind), std::string::npos) << name;
+    EXPECT_NE(folder.whirl("transient " + file + " --channel y").err.find(kind), std::string::npos) << name;
+  }
+}
+
+// A whirl below the speed does not repeat from turn to turn: at one speed it is in no vector of a figure or a zone.
+TEST(AdviceE2e, VectorsOfASteadyRunAreThoseOfInfo) {
+  const Folder folder;
+  std::string text = "t_s,x_um,y_um,beta_rad\n";
+  for (int i = 0; i < 16000; ++i) {
+    const double t = 5e-4 * i, a = 2 * std::numbers::pi * 25 * t, noise = 0.3 * std::sin(77.7 * i * i);
+    text += fmt::format("{:.4f},{:.3f},{:.3f},{:.5f}\n", t, 30 * std::cos(a - 2.6) + 5 * std::cos(0.43 * a) + noise,
+                        40 * std::cos(a - 1) + noise, a);
+  }
+  folder.write("run.csv", text);
+  ASSERT_EQ(folder.whirl("plot run.csv --what bode --channels x --out bode.csv").exit_code, 0);
+  std::istringstream rows(slurp(folder / "bode.csv"));
+  long vectors = 0;
+  std::string row;
+  std::getline(rows, row);
+  for (; std::getline(rows, row); ++vectors) {
+    double speed = 0, amplitude = 0, phase = 0;
+    ASSERT_EQ(std::sscanf(row.c_str(), "%lf,%lf,%lf", &speed, &amplitude, &phase), 3) << row;
+    EXPECT_NEAR(amplitude, 30, 0.2);
+    EXPECT_NEAR(phase, 2.6 * 180 / std::numbers::pi, 0.5);
+  }
+  EXPECT_GT(vectors, 150);
+  ASSERT_EQ(folder.whirl("report run.csv --service-rpm 1500 --out page.html").exit_code, 0);
+  const std::string page = slurp(folder / "page.html");
+  EXPECT_NE(page.find(">60.0<"), std::string::npos);
 }
 
 TEST(AdviceE2e, UnitsOfAFlagOrAFileAreDoubted) {

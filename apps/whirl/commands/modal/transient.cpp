@@ -12,7 +12,7 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/modal/transient_runup.hpp"
 #include "whirl/pages/bode_table.hpp"
-#include "whirl/pages/estimate_text.hpp"
+#include "whirl/pages/record_views.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/signal/motion_quantity.hpp"
 
@@ -27,6 +27,14 @@ std::string list_rpm(const std::vector<double>& speeds) {
   return text;
 }
 
+/// "1575.4 ± 0.7": a standard deviation that these decimals would round to zero keeps a digit.
+std::string with_sd(const Estimate& e, double unit, int decimals) {
+  const double sd = e.sd / unit;
+  const std::string text = fmt::format("{:.{}f}", sd, decimals);
+  const bool lost = sd > 0 && text.find_first_of("123456789") == std::string::npos;
+  return fmt::format("{:.{}f} ± {}", e.value / unit, decimals, lost ? fmt::format("{:.1g}", sd) : text);
+}
+
 io::Json fit_json(const modal::TransientRunupFit& fit) {
   io::Json::Array modes;
   for (const modal::RunupMode& m : fit.modes) {
@@ -39,7 +47,7 @@ io::Json fit_json(const modal::TransientRunupFit& fit) {
 }
 
 struct TransientFlags {
-  std::string file, channel, speed, amplitude, phase;
+  std::string file, channel, speed, amplitude, phase, convention;
   RecordOptions record;
   modal::TransientRunupOptions fit;
   bool steady = false;
@@ -47,24 +55,14 @@ struct TransientFlags {
 
 /// Columns named one by one, each with the usual name where it is not.
 std::vector<signal::SynchronousCurve> named_columns(const TransientFlags& o) {
-  const io::Table table = io::read_table(o.file);
-  const auto column = [&](const std::string& stated, const char* usual, Quantity quantity) -> const Eigen::VectorXd& {
-    return table.in(stated.empty() ? usual : stated, quantity);
-  };
-  const Channel& read = table.at(o.amplitude.empty() ? "amp_1x" : o.amplitude);
-  const bool motion = signal::integrations(read.quantity, Quantity::displacement).has_value();
-  const Eigen::VectorXd &amplitude = motion ? read.samples : table.in(read.name, Quantity::displacement),
-                        &phase = column(o.phase, "phase_1x", Quantity::angle);
-  signal::SynchronousCurve curve{"1X", column(o.speed, "speed", Quantity::angular_velocity),
-                                 Eigen::VectorXcd(amplitude.size())};
-  curve.quantity = read.quantity;
-  for (Eigen::Index i = 0; i < amplitude.size(); ++i) curve.vector[i] = std::polar(amplitude[i], phase[i]);
-  return {std::move(curve)};
+  const auto or_usual = [](const std::string& stated, const char* usual) { return stated.empty() ? usual : stated; };
+  return {pages::curve_of_columns(io::read_table(o.file), or_usual(o.speed, "speed"), or_usual(o.amplitude, "amp_1x"),
+                                  or_usual(o.phase, "phase_1x"), o.convention)};
 }
 
 /// 1X vectors, one per revolution, of the sensors of a record.
 std::vector<signal::SynchronousCurve> of_a_record(const TransientFlags& o) {
-  const Recording record = o.record.read(o.file);
+  const Recording record = pages::without_bad_samples(o.record.read(o.file)).record;
   const auto turning = diagnosis::rotation_of(record);
   if (!turning)
     throw Error(fmt::format(
@@ -80,7 +78,10 @@ std::vector<signal::SynchronousCurve> of_a_record(const TransientFlags& o) {
 
 modal::RunupResponse run_of(const TransientFlags& o, Session& session) {
   const bool columns = !o.speed.empty() || !o.amplitude.empty() || !o.phase.empty();
-  std::vector<signal::SynchronousCurve> curves = columns ? named_columns(o) : pages::read_bode_table(o.file);
+  std::vector<signal::SynchronousCurve> curves =
+      columns ? named_columns(o) : pages::read_bode_table(o.file, o.convention);
+  if (curves.empty() && !o.convention.empty())
+    throw Error::in_field("--phase", o.convention, "left out: a record has its phase from its angle");
   if (curves.empty()) curves = of_a_record(o);
   std::string present;
   for (const signal::SynchronousCurve& c : curves) present += (present.empty() ? "" : ", ") + c.name;
@@ -105,6 +106,21 @@ modal::RunupResponse at_held_speeds(const modal::RunupResponse& run) {
   return out;
 }
 
+/// Lags read as leads, or the other way, are no modes: where the other reading leaves far less, the one taken is wrong.
+void judge_phase(const modal::RunupResponse& run, const modal::TransientRunupOptions& options,
+                 modal::TransientRunupFit& fit) {
+  if (fit.fit_percent >= modal::kRunupExplained || fit.modes.empty()) return;
+  modal::RunupResponse other = run;
+  other.vector = run.vector.conjugate();
+  const double percent = modal::fit_transient_runup(other, options).fit_percent;
+  if (100 - fit.fit_percent < kLeftOver * (100 - percent)) return;
+  fit.summary.fail(fmt::format(
+      "with the phases turned around the modes explain {:.1f} % instead of {:.1f} %: lags are read as leads, "
+      "or leads as lags (a column phase_deg is read as leads; --phase lag, or a column phase_lag_deg, "
+      "says the other)",
+      percent, fit.fit_percent));
+}
+
 }  // namespace
 
 void add_transient(CommandLine& app, Session& session) {
@@ -115,7 +131,8 @@ void add_transient(CommandLine& app, Session& session) {
       "table with\n"
       "one row per revolution: rpm, amp_1x_um (zero-to-peak; amp_pp_um, amp_rms_mm_s), phase_1x_deg (phase of the "
       "average of\n"
-      "x exp(-i theta); phase_lag_deg for a lag). A Bode plot of a fast run misplaces the critical speed and shows\n"
+      "x exp(-i theta); phase_lag_deg or --phase lag for a lag). A Bode plot of a fast run misplaces the critical "
+      "speed and shows\n"
       "beats that are no resonances; the transient fit accounts for both. The steady-state fit is printed beside "
       "it.\n\n"
       "Example: whirl transient runup_bode.csv --modes 2",
@@ -124,8 +141,9 @@ void add_transient(CommandLine& app, Session& session) {
         modal::TransientRunupOptions steady_options = o->fit;
         steady_options.model = modal::RunupModel::steady;
         const modal::TransientRunupFit steady = modal::fit_transient_runup(run, steady_options);
-        modal::TransientRunupFit fit = o->steady ? modal::fit_transient_runup(at_held_speeds(run), steady_options)
-                                                 : modal::fit_transient_runup(run, o->fit);
+        const modal::RunupResponse used = o->steady ? at_held_speeds(run) : run;
+        const modal::TransientRunupOptions& options = o->steady ? steady_options : o->fit;
+        modal::TransientRunupFit fit = modal::fit_transient_runup(used, options);
         if (o->steady && !fit.summary.trust.empty())
           fit.summary.trust =
               "Frequencies and damping hold for linear modes; one probe does not fix two of them uniquely.";
@@ -134,10 +152,10 @@ void add_transient(CommandLine& app, Session& session) {
               fmt::format("the steady-state model explains the vectors better ({:.1f} % against {:.1f} %): where the "
                           "rows are speeds that were held and no turns of one run, --steady fits them",
                           steady.fit_percent, fit.fit_percent));
+        judge_phase(used, options, fit);
         for (std::size_t i = 0; i < fit.modes.size(); ++i) {
-          session.say(fmt::format("mode {}: {:.1f} ± {:.1f} rpm, damping ratio {:.4f} ± {:.4f}", i + 1,
-                                  fit.modes[i].omega.value / kRadPerSecPerRpm, fit.modes[i].omega.sd / kRadPerSecPerRpm,
-                                  fit.modes[i].zeta.value, fit.modes[i].zeta.sd));
+          session.say(fmt::format("mode {}: {} rpm, damping ratio {}", i + 1,
+                                  with_sd(fit.modes[i].omega, kRadPerSecPerRpm, 1), with_sd(fit.modes[i].zeta, 1, 4)));
         }
         if (o->steady)
           session.say(fmt::format("held speeds; fit {:.1f} %", fit.fit_percent));
@@ -162,6 +180,8 @@ void add_transient(CommandLine& app, Session& session) {
       "is called");
   sub->add_option("--amplitude-column", o->amplitude, "name of the amplitude column; default amp_1x");
   sub->add_option("--phase-column", o->phase, "name of the phase column; default phase_1x");
+  sub->add_option("--phase", o->convention, "of a table whose columns do not say it: phases are lag or lead [lead]")
+      ->one_of({"lag", "lead"});
   o->record.turning = true;
   o->record.add_to(sub);
   o->record.add_tacho_to(sub);

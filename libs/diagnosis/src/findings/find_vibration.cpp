@@ -37,18 +37,7 @@ bool vibrates(const Channel& c) {
 std::optional<VectorXd> bridged(const VectorXd& samples) {
   const Index n = samples.size(), missing = n - samples.array().isFinite().count();
   if (static_cast<double>(missing) > kMostMissing * static_cast<double>(n)) return std::nullopt;
-  VectorXd out = samples;
-  Index known = -1;
-  for (Index i = 0; i < n; ++i) {
-    if (!std::isfinite(samples[i])) continue;
-    for (Index k = known + 1; k < i; ++k) {
-      const double part = static_cast<double>(k - known) / static_cast<double>(i - known);
-      out[k] = known < 0 ? samples[i] : samples[known] + part * (samples[i] - samples[known]);
-    }
-    known = i;
-  }
-  for (Index k = known + 1; k < n; ++k) out[k] = samples[known];
-  return out;
+  return gaps_bridged(samples);
 }
 
 double smallest_step(const VectorXd& v) {

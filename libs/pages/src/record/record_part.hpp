@@ -17,4 +17,7 @@ std::vector<report::NamedRun> named(const std::vector<ViewedRun>& runs);
 /// Samples between the begin and the end of the options. Throws Error when they are fewer than 16.
 Recording cut(const Recording& record, const ViewOptions& options);
 
+/// Straight lines over missing readings of the motions, for spectra and paths.
+Recording with_straight_lines(Recording record);
+
 }  // namespace whirl::pages

@@ -14,6 +14,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/passages.hpp"
 #include "whirl/diagnosis/rotation.hpp"
+#include "whirl/diagnosis/vibration.hpp"
 #include "whirl/diagnosis/vibration_findings.hpp"
 #include "whirl/io/units.hpp"
 #include "whirl/signal/order.hpp"
@@ -220,7 +221,7 @@ Figure synchronous(const std::string& what, const std::vector<ViewedRun>& runs, 
     std::vector<std::string> channels = channels_of(o, r);
     if (runs.size() > 1) channels.resize(1);
     for (const std::string& channel : channels) {
-      curves.push_back(diagnosis::order_curve(r, turning, channel, order, o.turns, o.slow_roll));
+      curves.push_back(diagnosis::shown_curve(r, turning, channel, order, o.turns, o.slow_roll));
       if (runs.size() > 1) curves.back().name = run.name;
     }
   }
@@ -239,7 +240,10 @@ Figure phase_plane(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
 std::span<const View> views() { return kViews; }
 
 std::vector<ViewedRun> viewed_runs(const Recording& record, const std::string& name) {
-  if (!record.has("x_open") || !record.has("x_true")) return {{name, record}};
+  if (!record.has("x_open") || !record.has("x_true")) {
+    CleanRecord clean = without_bad_samples(record);
+    return {{name, std::move(clean.record), std::move(clean.left_out)}};
+  }
   const auto part = [&](const std::vector<std::pair<const char*, const char*>>& channels) {
     Recording r;
     r.t0 = record.t0;
@@ -302,8 +306,25 @@ Figure synchronous_view(const std::string& what, std::vector<signal::Synchronous
   return figure;
 }
 
+namespace {
+
+/// Vectors of turns leave out those with missing readings; everything else has straight lines there.
+std::vector<ViewedRun> whole_runs(std::vector<ViewedRun> runs) {
+  for (ViewedRun& run : runs) run.record = with_straight_lines(std::move(run.record));
+  return runs;
+}
+
+bool has_gaps(const std::vector<ViewedRun>& runs) {
+  return std::ranges::any_of(runs, [](const ViewedRun& run) {
+    return std::ranges::any_of(run.record.channels, [](const Channel& c) { return c.samples.hasNaN(); });
+  });
+}
+
+}  // namespace
+
 Figure view(const std::string& what, const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   if (runs.empty()) throw Error("figure: no run given");
+  if (what != "bode" && what != "polar" && what != "nyquist" && has_gaps(runs)) return view(what, whole_runs(runs), o);
   Figure figure;
   const bool vectors = what == "bode" || what == "polar" || what == "nyquist" || what == "orders";
   const auto parts = [&] {
@@ -346,6 +367,7 @@ Figure view(const std::string& what, const std::vector<ViewedRun>& runs, const V
                    what == "run-map";  // of the last run
   for (std::size_t i = one ? runs.size() - 1 : 0; i < runs.size(); ++i) {
     figure.runs.push_back(run_line(runs[i], o));
+    for (const std::string& said : runs[i].left_out) figure.runs.push_back(said);
     for (const std::string& name : vectors ? std::vector<std::string>{} : channels_of(o, runs[i].record)) {
       const Channel* channel = runs[i].record.find(name);
       const std::string said = channel != nullptr ? integration_text(*channel, o) : "";

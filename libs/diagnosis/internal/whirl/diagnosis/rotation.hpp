@@ -27,8 +27,12 @@ struct Rotation {
 /// speed) at the begin and end is left out. Throws Error when the shaft turns backwards: the angle must rise.
 std::optional<Rotation> rotation_of(const Recording& record);
 
+/// Straight lines over missing readings (NaN); the nearest one before the first and after the last.
+Eigen::VectorXd gaps_bridged(Eigen::VectorXd samples);
+
 /// 1X vectors (or another order) of one channel, one per `turns` revolutions, with the slow-roll vector taken off: the
-/// mean of the vectors below `slow_roll` (rad/s; 0: nothing is taken off). Throws Error when no revolution is slower.
+/// mean of the vectors below `slow_roll` (rad/s; 0: nothing is taken off). Turns with missing readings (NaN) have no
+/// vector. Throws Error when no revolution is slower or none has all of its readings.
 signal::SynchronousCurve order_curve(const Recording& record, const Rotation& rotation, const std::string& channel,
                                      double order = 1, int turns = 1, double slow_roll = 0);
 

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "whirl/core/recording.hpp"
+#include "whirl/diagnosis/rotation.hpp"
+#include "whirl/records/check.hpp"
 #include "whirl/report/figure.hpp"
 #include "whirl/report/rotor_figures.hpp"
 #include "whirl/signal/motion_quantity.hpp"
@@ -17,10 +19,25 @@ namespace whirl::pages {
 struct ViewedRun {
   std::string name;
   Recording record;
+  std::vector<std::string> left_out = {};  ///< what its figures say is left out, one line each
 };
 
+/// A record without the readings that its check leaves out: clipped, frozen, far off the curve.
+struct CleanRecord {
+  Recording record;
+  std::vector<std::string> left_out;  ///< one line each, the record check's
+};
+
+/// In the motions, a few bad readings in a row are replaced by the curve through their neighbours. More of them are
+/// replaced by the mean, the slope and the orders of the turns about them; NaN where fewer than half of these are read
+/// or the angle is not known. What is left out is a remark on the record, too.
+CleanRecord without_bad_samples(Recording record);
+/// The same by a check that was made, without the remark.
+Recording without_bad_samples(Recording record, const records::RecordReport& report,
+                              const std::optional<diagnosis::Rotation>& turning);
+
 /// The runs that a record holds. The log of a closed loop (channels x_open and x_true) holds two, "open loop" and
-/// "closed loop", both with the names x, y, beta; any other record is one run called `name`.
+/// "closed loop", both with the names x, y, beta; any other record is one run called `name`, without its bad samples.
 std::vector<ViewedRun> viewed_runs(const Recording& record, const std::string& name);
 
 /// What a figure takes from its runs. Times in s of the record, 0 or empty: chosen from the record.

@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,7 +27,8 @@ struct NamedFile {
 /// Files of a project, sorted by what they hold.
 struct ReportInputs {
   std::vector<std::filesystem::path> files;
-  std::vector<NamedFile<Recording>> records;                           ///< open-loop runs
+  std::vector<NamedFile<Recording>> records;                           ///< open-loop runs, without their bad samples
+  std::map<std::string, std::vector<std::string>> left_out;            ///< by the name of the record, a line each
   std::vector<NamedFile<Recording>> logs;                              ///< closed-loop runs (`whirl run --log`)
   std::vector<NamedFile<std::vector<signal::SynchronousCurve>>> bode;  ///< tables of `read_bode_table`
   std::vector<NamedFile<IdentifiedModel>> models;
