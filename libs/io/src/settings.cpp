@@ -231,9 +231,13 @@ double Settings::number(std::string_view path, Quantity quantity, double fallbac
     const auto [table, name] = split_path(path);
     const auto [entry, unit] = state_->find(table, name, quantity);
     state_->require_units(table);
-    state_->fail(*entry, fmt::format("must be between {:g} and {:g}{}{}", low, high,
+    // In the unit of the value: two units in one sentence have to be converted by the reader.
+    const bool si = unit == &si_suffix(quantity);
+    state_->fail(*entry, fmt::format("must be between {:g} and {:g}{}{}", unit->from_si(low), unit->from_si(high),
                                      quantity == Quantity::dimensionless ? "" : " ",
-                                     quantity == Quantity::dimensionless ? "" : si_unit(quantity)));
+                                     quantity == Quantity::dimensionless ? ""
+                                     : si                                ? si_unit(quantity)
+                                                                         : unit->suffix));
   }
   return *value;
 }

@@ -62,7 +62,7 @@ TEST(Settings, AnUnknownKeyNearToNoneIsAnsweredWithTheKeysOfItsTable) {
 TEST(Settings, EveryRefusalNamesFileLineKeyAndWhatIsAllowed) {
   const Settings s = parse_settings(kText, "rig.toml");
   EXPECT_THAT(error_of([&] { s.number("rotor.mass", Quantity::mass, 0, 0, 1); }),
-              AllOf(HasSubstr("rig.toml:4: rotor.mass_gram = 1500: must be between 0 and 1 kg")));
+              AllOf(HasSubstr("rig.toml:4: rotor.mass_gram = 1500: must be between 0 and 1000 gram")));
   EXPECT_THAT(error_of([&] { s.number("rotor.mass", Quantity::force, 0); }),
               HasSubstr("must be a force; allowed units: N mN"));
   EXPECT_THAT(error_of([&] { s.number("rotor.ratio", Quantity::time, 0); }), HasSubstr("has no unit; write ratio_s"));

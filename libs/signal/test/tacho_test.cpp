@@ -188,6 +188,26 @@ TEST(Tacho, EdgesSmearedAfterSamplingAreKnownToASampleOnly) {
   EXPECT_EQ(fit.pattern.missing(), 1);
 }
 
+// 60 teeth of 3.3 samples: the place of an edge is known to a third of a tooth.
+TEST(Tacho, AWheelSampledTooSlowlyIsNamed) {
+  Recording r;
+  r.dt = 2e-4;
+  Eigen::VectorXd tooth(20000);
+  for (Eigen::Index i = 0; i < tooth.size(); ++i) {
+    const double turns = 25 * r.dt * static_cast<double>(i) + 0.111, part = 60 * turns - std::floor(60 * turns);
+    tooth[i] = part < 0.5 ? 5 : 0;
+  }
+  r.add("tacho", Quantity::voltage, tooth);
+  std::vector<std::string> said;
+  try {
+    angle_of_tacho(r, "", {}, said);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("3.3 samples: the channel is sampled too slowly"), std::string::npos)
+        << e.what();
+  }
+}
+
 TEST(Tacho, ASpeedIsIntegratedAndHasNoPhase) {
   Recording record;
   record.dt = 1e-3;

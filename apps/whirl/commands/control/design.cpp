@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "command.hpp"
 #include "plant_options.hpp"
 #include "whirl/control/catalogue.hpp"
@@ -99,7 +101,8 @@ void add_design(CommandLine& app, Session& session) {
         d.progress.tuning = [&](const tuning::DesignProgress& p) {
           if (p.evaluation % 10 == 0 || p.evaluation == p.budget) {
             session.progress(fmt::format("tuning {}, best objective {:.4f}", d.law, p.best),
-                             static_cast<double>(p.evaluation) / static_cast<double>(p.budget));
+                             // A search that starts again may look beyond its budget.
+                             std::min(1.0, static_cast<double>(p.evaluation) / static_cast<double>(p.budget)));
           }
         };
         d.progress.training = [&](double done) { session.progress(fmt::format("training {}", d.law), done); };

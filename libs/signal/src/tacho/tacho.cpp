@@ -184,6 +184,21 @@ const Channel* speed_channel(const Recording& record) {
   return nullptr;
 }
 
+namespace {
+
+/// Why pulses of few samples each show no pattern; empty: they have enough.
+std::string too_slow(Eigen::Index samples, std::size_t pulses) {
+  constexpr double kFewSamples = 8;
+  const double each = pulses > 0 ? static_cast<double>(samples) / static_cast<double>(pulses) : kFewSamples;
+  return each < kFewSamples ? fmt::format(
+                                  "; a pulse has {:.1f} samples: the channel is sampled too slowly for its marks "
+                                  "({:g} and more show their places)",
+                                  each, kFewSamples)
+                            : "";
+}
+
+}  // namespace
+
 AngleFit angle_of_tacho(const Recording& record, const std::string& name, const TachoOptions& tacho,
                         std::vector<std::string>& said) {
   const Channel* channel = name.empty() ? pulse_channel(record) : &record.at(name);
@@ -198,7 +213,8 @@ AngleFit angle_of_tacho(const Recording& record, const std::string& name, const 
     try {
       return angle_from_pulses(train.times, record.dt, record.size(), {}, tacho, train.quantum);
     } catch (const Error& e) {
-      throw Error(fmt::format("{}: channel {}: {}", record.source, channel->name, e.what()));
+      throw Error(fmt::format("{}: channel {}: {}{}", record.source, channel->name, e.what(),
+                              too_slow(record.size(), train.times.size())));
     }
   }();
   if (fit.pattern.assumed) require_one_a_turn(record, *channel, fit, train.times);
