@@ -9,6 +9,7 @@
 
 #include "command_texts.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/tell.hpp"
 #include "whirl/io/units.hpp"
 
 namespace whirl::app {
@@ -127,7 +128,7 @@ std::vector<std::string> with_defaults(const CommandLine& app, std::vector<std::
     words.insert(words.begin() + static_cast<std::ptrdiff_t>(at), own.begin(), own.end());
     said += fmt::format(" {}", fmt::join(own, " "));
   }
-  if (!said.empty() && !has("--quiet")) fmt::print(stderr, "whirl: from {}:{}\n", file.string(), said);
+  if (!said.empty() && !has("--quiet")) tell("whirl: from {}:{}\n", file.string(), said);
   return words;
 }
 

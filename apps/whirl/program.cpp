@@ -21,6 +21,7 @@
 #include "defaults.hpp"
 #include "usage.hpp"
 #include "whirl/core/kept_memory.hpp"
+#include "whirl/core/tell.hpp"
 #include "whirl/io/remarks.hpp"
 #include "whirl/io/temporary.hpp"
 
@@ -74,8 +75,7 @@ void Session::progress(const std::string& what, double fraction) {
   }
   last_progress_ = now;
   progress_shown_ = fraction < 1;
-  fmt::print(stderr, "{}{} {:3.0f} %{}", terminal ? "\r\033[K" : "", what, 100 * fraction,
-             terminal && fraction < 1 ? "" : "\n");
+  tell("{}{} {:3.0f} %{}", terminal ? "\r\033[K" : "", what, 100 * fraction, terminal && fraction < 1 ? "" : "\n");
   std::fflush(stderr);
 }
 
@@ -185,7 +185,7 @@ int run(int argc, char** argv) {
     complain("error", e.what());
     return 2;
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "whirl: error: not enough memory for this input\n");
+    tell("whirl: error: not enough memory for this input\n");
     return 2;
   } catch (const std::exception& e) {
     complain("error", e.what());
@@ -200,7 +200,7 @@ int program(int argc, char** argv) {
   io::clean_up_on_signals();
   const int code = run(argc, argv);
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    fmt::print(stderr, "whirl: error: standard output cannot be written: {}\n", std::strerror(errno));
+    tell("whirl: error: standard output cannot be written: {}\n", std::strerror(errno));
     return 2;
   }
   return code;

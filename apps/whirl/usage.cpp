@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "whirl/core/names.hpp"
+#include "whirl/core/tell.hpp"
 #include "whirl/io/units.hpp"
 
 namespace whirl::app {
@@ -57,9 +58,7 @@ int say(const std::string& what, const CLI::App& app, bool help) {
 
 }  // namespace
 
-void complain(const char* kind, const std::string& text) {
-  fmt::print(stderr, "whirl: {}: {}\n", kind, one_line(text));
-}
+void complain(const char* kind, const std::string& text) { tell("whirl: {}: {}\n", kind, one_line(text)); }
 
 CLI::Validator finite_number(bool several) {
   return {[several](std::string& text) {

@@ -125,6 +125,13 @@ TEST(OutputCommandsE2e, ABalancingSessionSurvivesEveryFault) {
   EXPECT_GE(refused, 4);
 }
 
+// What is said where nobody can read it ends nothing: the exit code tells.
+TEST(OutputCommandsE2e, AnErrorThatCannotBeSaidIsStillAnExitCode) {
+  const Folder folder;
+  for (const char* call : {"info nothere.csv 2>/dev/full", "info nothere.csv 2>&-"})
+    EXPECT_EQ(folder.shell(fmt::format("'{}' {}", program(), call)).exit_code, 2) << call;
+}
+
 // A compiler at work when the signal comes: neither its folder nor half an FMU stays.
 TEST(SignalE2e, AnEndedExportLeavesNoTemporaryFolder) {
   const Folder folder;

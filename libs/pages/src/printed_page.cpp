@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "whirl/core/error.hpp"
+#include "whirl/core/tell.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/run_program.hpp"
 #include "whirl/io/temporary.hpp"
@@ -65,9 +66,9 @@ std::string printed_page(const std::string& page, const std::filesystem::path& p
     code = print(folder, false);
     bytes = printed();
     if (code == 0)
-      fmt::print(stderr,
-                 "whirl: the browser's sandbox does not start here (it needs user namespaces); the page, which loads "
-                 "nothing, is printed without it\n");
+      tell(
+          "whirl: the browser's sandbox does not start here (it needs user namespaces); the page, which loads "
+          "nothing, is printed without it\n");
   }
   if (code == 127) {
     throw Error(
