@@ -15,7 +15,7 @@
 #include <mutex>
 #include <thread>
 
-#include "whirl/testing/await.hpp"
+#include "whirl/testing/loop/await.hpp"
 
 namespace whirl::testing {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "../cli/program.hpp"
-#include "whirl/testing/await.hpp"
+#include "whirl/testing/loop/await.hpp"
 
 namespace whirl::testing {
 

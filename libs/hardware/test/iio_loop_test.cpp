@@ -13,7 +13,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/hardware/realtime_run.hpp"
 #include "whirl/testing/error_of.hpp"
-#include "whirl/testing/iio_tree.hpp"
+#include "whirl/testing/loop/iio_tree.hpp"
 #include "whirl/testing/paths.hpp"
 
 namespace whirl::hardware {

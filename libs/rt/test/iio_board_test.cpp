@@ -12,7 +12,7 @@
 
 #include "whirl/rt/latest_value.hpp"
 #include "whirl/testing/error_of.hpp"
-#include "whirl/testing/iio_tree.hpp"
+#include "whirl/testing/loop/iio_tree.hpp"
 
 namespace whirl::rt {
 namespace {

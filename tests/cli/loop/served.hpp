@@ -11,7 +11,7 @@
 #include "whirl/io/json.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/rig/parameters.hpp"
-#include "whirl/testing/await.hpp"
+#include "whirl/testing/loop/await.hpp"
 
 namespace whirl::testing {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "fit/fit_model.hpp"
-#include "fit/sweep.hpp"
+#include "fit/sweep/sweep.hpp"
 #include "whirl/core/least_squares.hpp"
 
 namespace whirl::shaft {

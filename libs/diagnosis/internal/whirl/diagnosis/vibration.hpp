@@ -54,8 +54,8 @@ HousingZone housing_zone(const ChannelVibration& channel, const MachineClass& ma
 /// The run stays within 3 % of its mean speed.
 bool at_one_speed(const Rotation& rotation);
 
-/// `order_curve` for figures and zones. At one speed every vector is the mean of the 32 turns about it (fewer in a short
-/// run) under a Hann window: what does not repeat from turn to turn, a whirl below the speed, is no part of 1X.
+/// `order_curve` for figures and zones. At one speed every vector is the mean of the 32 turns about it (fewer in a
+/// short run) under a Hann window: what does not repeat from turn to turn, a whirl below the speed, is no part of 1X.
 signal::SynchronousCurve shown_curve(const Recording& record, const Rotation& rotation, const std::string& channel,
                                      double order = 1, int turns = 1, double slow_roll = 0);
 

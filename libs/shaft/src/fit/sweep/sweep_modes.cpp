@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fit/mode_groups.hpp"
-#include "fit/sweep.hpp"
+#include "fit/sweep/mode_groups.hpp"
+#include "fit/sweep/sweep.hpp"
 #include "whirl/core/decompositions.hpp"
 
 namespace whirl::shaft {

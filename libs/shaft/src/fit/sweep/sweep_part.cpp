@@ -1,5 +1,5 @@
-#include "fit/sweep.hpp"
-#include "fit/sweep_path.hpp"
+#include "fit/sweep/sweep.hpp"
+#include "fit/sweep/sweep_path.hpp"
 
 namespace whirl::shaft {
 

@@ -1,4 +1,4 @@
-#include "fit/mode_groups.hpp"
+#include "fit/sweep/mode_groups.hpp"
 
 #include <cmath>
 
