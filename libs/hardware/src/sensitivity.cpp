@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include "whirl/control/controller.hpp"
@@ -152,11 +153,12 @@ void analyse(const Eigen::VectorXcd& force, const Eigen::VectorXcd& answer, Eige
 
 LoopSensitivity measure_sensitivity(const IoSettings& io, const ControllerDesign& design, double seconds,
                                     double excitation, StopRequest stop) {
-  rt::HardwareRig rig(io.hardware, io.board());
-  return measure_sensitivity(io, rig, design, seconds, excitation, stop);
+  std::optional<rt::HardwareRig> rig;
+  const auto open = [&]() -> rt::HardwareRig& { return rig.emplace(io.hardware, io.board()); };
+  return measure_sensitivity(io, open, design, seconds, excitation, stop);
 }
 
-LoopSensitivity measure_sensitivity(const IoSettings& io, rt::HardwareRig& rig, const ControllerDesign& design,
+LoopSensitivity measure_sensitivity(const IoSettings& io, const OpenRig& open, const ControllerDesign& design,
                                     double seconds, double excitation, StopRequest stop) {
   require_range("--seconds", seconds, 6 * kPeriod, 600, "s");
   require_range("--excite-N", excitation, 1e-9, 1e4, "N");
@@ -186,6 +188,7 @@ LoopSensitivity measure_sensitivity(const IoSettings& io, rt::HardwareRig& rig, 
   const Eigen::VectorXcd force = excitation_of(lines, period, half, excitation);
   Eigen::VectorXcd answer = Eigen::VectorXcd::Zero(force.size());
 
+  rt::HardwareRig& rig = open();
   const rt::RealtimeThread realtime(settings.realtime);
   rt::WallTime time;
   if (settings.clock == "wall") {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "learn_tacho.hpp"
 #include "whirl/core/error.hpp"
@@ -259,11 +260,12 @@ std::vector<std::string> problems_of(const IoSettings& io, const LoopSurvey& s) 
 }  // namespace
 
 LoopSurvey survey(const IoSettings& io, double seconds, double excitation, StopRequest stop) {
-  rt::HardwareRig rig(io.hardware, io.board());
-  return survey(io, rig, seconds, excitation, stop);
+  std::optional<rt::HardwareRig> rig;
+  const auto open = [&]() -> rt::HardwareRig& { return rig.emplace(io.hardware, io.board()); };
+  return survey(io, open, seconds, excitation, stop);
 }
 
-LoopSurvey survey(const IoSettings& io, rt::HardwareRig& rig, double seconds, double excitation, StopRequest stop) {
+LoopSurvey survey(const IoSettings& io, const OpenRig& open, double seconds, double excitation, StopRequest stop) {
   require_range("seconds", seconds, 0.5, 600, "s");
   require_range("excitation", excitation, 0, 1e4, "N");
   if (excitation > 0 && io.safety.displacement <= 0) {
@@ -271,6 +273,7 @@ LoopSurvey survey(const IoSettings& io, rt::HardwareRig& rig, double seconds, do
   }
   IoSettings settings = io;
   settings.release = 0;
+  rt::HardwareRig& rig = open();
   LoopSurvey out;
   // An excitation is for a shaft at rest, where a tacho has nothing to show.
   if (excitation <= 0) {

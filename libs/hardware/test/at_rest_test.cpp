@@ -83,9 +83,8 @@ struct AtRest : ::testing::Test {
     io.safety.force = 40;
     asked = 0, most_asked = 1 << 30;
   }
-  rt::HardwareRig& open() {
-    rig.emplace(io.hardware, std::make_unique<ShaftBoard>(board));
-    return *rig;
+  OpenRig open() {
+    return [this]() -> rt::HardwareRig& { return rig.emplace(io.hardware, std::make_unique<ShaftBoard>(board)); };
   }
   LoopSurvey surveyed(double excitation) { return survey(io, open(), 0.5, excitation, stop); }
   LoopSensitivity measured() { return measure_sensitivity(io, open(), testing::design_of("pd", "lpf"), 12, 0.5, stop); }

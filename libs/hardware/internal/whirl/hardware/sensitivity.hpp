@@ -1,7 +1,7 @@
 #pragma once
 #include "whirl/core/summary.hpp"
 #include "whirl/hardware/io_settings.hpp"
-#include "whirl/hardware/run_loop.hpp"
+#include "whirl/hardware/survey.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/tuning/loop_margins.hpp"
 
@@ -28,8 +28,8 @@ struct LoopSensitivity {
 /// design act. Throws Error when the rates differ, the shaft turns or nothing trips.
 LoopSensitivity measure_sensitivity(const IoSettings& io, const ControllerDesign& design, double seconds,
                                     double excitation, StopRequest stop = never_stop);
-/// The same on a rig that is open.
-LoopSensitivity measure_sensitivity(const IoSettings& io, rt::HardwareRig& rig, const ControllerDesign& design,
+/// The same on a rig that `open` opens when everything else is ready.
+LoopSensitivity measure_sensitivity(const IoSettings& io, const OpenRig& open, const ControllerDesign& design,
                                     double seconds, double excitation, StopRequest stop = never_stop);
 
 /// whirl.loop-sensitivity/1

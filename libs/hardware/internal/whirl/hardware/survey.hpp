@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -46,11 +47,14 @@ struct LoopSurvey {
   Summary summary;                     ///< unusable when a channel is not fit for control, with every reason
 };
 
+/// Once; the rig outlives what is done with it.
+using OpenRig = std::function<rt::HardwareRig&()>;
+
 /// Runs the loop without a controller for `seconds`; then, with `excitation` > 0, a random telegraph force of so many
 /// newton on x, then on y, for `seconds` each, on the shaft at rest.
 LoopSurvey survey(const IoSettings& io, double seconds, double excitation, StopRequest stop = never_stop);
-/// The same on a rig that is open.
-LoopSurvey survey(const IoSettings& io, rt::HardwareRig& rig, double seconds, double excitation,
+/// The same on a rig that `open` opens when everything else is ready.
+LoopSurvey survey(const IoSettings& io, const OpenRig& open, double seconds, double excitation,
                   StopRequest stop = never_stop);
 
 /// whirl.io-test/1
