@@ -162,6 +162,15 @@ void with_clock(const IoSettings& io, rt::HardwareRig& rig, Law& law, Shared& sh
   }
 }
 
+std::string why_ended(const Shared& shared, const rt::HardwareRig& rig) {
+  const Fault trip = shared.outcome.trip;
+  return shared.stop()              ? kStopped
+         : trip == Fault::requested ? "stopped by the user"
+         : trip != Fault::none      ? "trip: " + std::string(to_string(trip))
+         : rig.done()               ? "the run is over"
+                                    : "the time is over";
+}
+
 }  // namespace
 
 LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Controller* controller,
@@ -236,13 +245,7 @@ LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Contro
   }
   if (!failure.empty()) throw Error(failure);
   out.dropped_records = shared.queue.dropped();
-  if (out.reason.empty()) {
-    out.reason = shared.stop()                  ? kStopped
-                 : out.trip == Fault::requested ? "stopped by the user"
-                 : out.trip != Fault::none      ? "trip: " + std::string(to_string(out.trip))
-                 : rig.done()                   ? "the run is over"
-                                                : "the time is over";
-  }
+  if (out.reason.empty()) out.reason = why_ended(shared, rig);
   return out;
 }
 

@@ -216,95 +216,43 @@ Recording read_recording(const std::filesystem::path& path, const CsvOptions& op
                                               : recording_of(read_signals(path, options), options);
 }
 
+namespace {
+
+using Spelling = std::pair<std::string_view, std::string_view>;  // from, to
+
+/// Signs of a label as suffixes have them, in this order.
+constexpr Spelling kSigns[] = {{"\xC2\xB2", "2"}, {"\xC2\xB3", "3"},   {"\xC2\xB9", "1"}, {"\xE2\x81\xBB", "-"},
+                               {"\xC2\xB5", "u"}, {"\xCE\xBC", "u"},   {"**", ""},        {"^", ""},
+                               {"(", ""},         {")", ""},           {"[", ""},         {"]", ""},
+                               {"\xC2\xB7", "*"}, {"\xC2\xB0", "deg"}, {" ", ""},         {"/", "_"},
+                               {"_sec", "_s"}};
+/// Words for a unit, after that.
+constexpr Spelling kUnitWords[] = {
+    {"sec", "s"},         {"second", "s"},       {"Second", "s"},    {"seconds", "s"},      {"Seconds", "s"},
+    {"msec", "ms"},       {"usec", "us"},        {"mils", "mil"},    {"Mil", "mil"},        {"Mils", "mil"},
+    {"MIL", "mil"},       {"MILS", "mil"},       {"thou", "mil"},    {"milli-inch", "mil"}, {"milliinch", "mil"},
+    {"inch", "in"},       {"inches", "in"},      {"inch_s", "in_s"}, {"ips", "in_s"},       {"IPS", "in_s"},
+    {"mum", "um"},        {"micron", "um"},      {"microns", "um"},  {"micrometer", "um"},  {"micrometers", "um"},
+    {"micrometre", "um"}, {"micrometres", "um"}, {"degree", "deg"},  {"degrees", "deg"},    {"Degrees", "deg"},
+    {"radian", "rad"},    {"radians", "rad"},    {"1_min", "rpm"},   {"U_min", "rpm"},      {"rev_min", "rpm"},
+    {"r_min", "rpm"},     {"tr_min", "rpm"},     {"min-1", "rpm"},   {"s-1", "1_s"},        {"m_s_s", "m_s2"},
+    {"ms-2", "m_s2"},     {"m*s-2", "m_s2"},     {"ms-1", "m_s"},    {"m*s-1", "m_s"},      {"mms-1", "mm_s"},
+    {"mm*s-1", "mm_s"},   {"N*m", "Nm"},         {"N.m", "Nm"},      {"HZ", "Hz"},          {"Hertz", "Hz"},
+    {"hertz", "Hz"},      {"cps", "Hz"},         {"G", "g"},         {"gs", "g"},           {"g's", "g"},
+    {"volt", "V"},        {"Volt", "V"},         {"volts", "V"},     {"Volts", "V"},        {"newton", "N"},
+    {"Newton", "N"},      {"newtons", "N"},      {"Newtons", "N"},   {"RPM", "rpm"},        {"-", "1"},
+    {"%", "percent"}};
+
+}  // namespace
+
 const UnitSuffix* unit_from_label(std::string_view label) {
   std::string text(label);
-  for (const auto& [from, to] : {std::pair<std::string_view, std::string_view>{"\xC2\xB2", "2"},
-                                 {"\xC2\xB3", "3"},
-                                 {"\xC2\xB9", "1"},
-                                 {"\xE2\x81\xBB", "-"},
-                                 {"\xC2\xB5", "u"},
-                                 {"\xCE\xBC", "u"},
-                                 {"**", ""},
-                                 {"^", ""},
-                                 {"(", ""},
-                                 {")", ""},
-                                 {"[", ""},
-                                 {"]", ""},
-                                 {"\xC2\xB7", "*"},
-                                 {"\xC2\xB0", "deg"},
-                                 {" ", ""},
-                                 {"/", "_"},
-                                 {"_sec", "_s"}}) {
+  for (const auto& [from, to] : kSigns) {
     for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
       text.replace(at, from.size(), to);
     }
   }
-  for (const auto& [word, suffix] : {std::pair<std::string_view, std::string_view>{"sec", "s"},
-                                     {"second", "s"},
-                                     {"Second", "s"},
-                                     {"seconds", "s"},
-                                     {"Seconds", "s"},
-                                     {"msec", "ms"},
-                                     {"usec", "us"},
-                                     {"mils", "mil"},
-                                     {"Mil", "mil"},
-                                     {"Mils", "mil"},
-                                     {"MIL", "mil"},
-                                     {"MILS", "mil"},
-                                     {"thou", "mil"},
-                                     {"milli-inch", "mil"},
-                                     {"milliinch", "mil"},
-                                     {"inch", "in"},
-                                     {"inches", "in"},
-                                     {"inch_s", "in_s"},
-                                     {"ips", "in_s"},
-                                     {"IPS", "in_s"},
-                                     {"mum", "um"},
-                                     {"micron", "um"},
-                                     {"microns", "um"},
-                                     {"micrometer", "um"},
-                                     {"micrometers", "um"},
-                                     {"micrometre", "um"},
-                                     {"micrometres", "um"},
-                                     {"degree", "deg"},
-                                     {"degrees", "deg"},
-                                     {"Degrees", "deg"},
-                                     {"radian", "rad"},
-                                     {"radians", "rad"},
-                                     {"1_min", "rpm"},
-                                     {"U_min", "rpm"},
-                                     {"rev_min", "rpm"},
-                                     {"r_min", "rpm"},
-                                     {"tr_min", "rpm"},
-                                     {"min-1", "rpm"},
-                                     {"s-1", "1_s"},
-                                     {"m_s_s", "m_s2"},
-                                     {"ms-2", "m_s2"},
-                                     {"m*s-2", "m_s2"},
-                                     {"ms-1", "m_s"},
-                                     {"m*s-1", "m_s"},
-                                     {"mms-1", "mm_s"},
-                                     {"mm*s-1", "mm_s"},
-                                     {"N*m", "Nm"},
-                                     {"N.m", "Nm"},
-                                     {"HZ", "Hz"},
-                                     {"Hertz", "Hz"},
-                                     {"hertz", "Hz"},
-                                     {"cps", "Hz"},
-                                     {"G", "g"},
-                                     {"gs", "g"},
-                                     {"g's", "g"},
-                                     {"volt", "V"},
-                                     {"Volt", "V"},
-                                     {"volts", "V"},
-                                     {"Volts", "V"},
-                                     {"newton", "N"},
-                                     {"Newton", "N"},
-                                     {"newtons", "N"},
-                                     {"Newtons", "N"},
-                                     {"RPM", "rpm"},
-                                     {"-", "1"},
-                                     {"%", "percent"}}) {
+  for (const auto& [word, suffix] : kUnitWords) {
     if (text == word) text = suffix;
   }
   return text.empty() ? nullptr : find_unit(text);

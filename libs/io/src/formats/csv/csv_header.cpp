@@ -72,13 +72,13 @@ constexpr std::pair<std::string_view, std::string_view> kKinds[] = {
     {"pk", "peak"},         {"rms", "rms"},         {"eff", "rms"}};
 
 /// A unit, perhaps beside a kind of amplitude.
-struct Stated {
+struct StatedUnit {
   const UnitSuffix* unit = nullptr;
   std::string_view kind = {};
 };
 
 /// "mils p-p", "RMS mm/s", "umpp": the kind counts only where the rest is a unit.
-Stated stated_by(std::string_view label) {
+StatedUnit stated_by(std::string_view label) {
   if (const UnitSuffix* unit = unit_from_label(label)) return {unit, {}};
   const std::string small = small_letters(label);
   for (const auto& [word, kind] : kKinds) {
@@ -116,7 +116,7 @@ std::string_view kind_in(std::string_view name) {
 void find_stated(Heading& h) {
   const auto [name, label] = instrument_form(trim_of(h.text));
   if (!label.empty()) {
-    const Stated stated = stated_by(label);
+    const StatedUnit stated = stated_by(label);
     h.base = plain_name(name);
     h.stated = stated.unit;
     h.kind = stated.kind;
@@ -203,7 +203,7 @@ bool take_units(std::vector<Heading>& headings, const std::vector<std::string>& 
   if (!any) return false;
   for (std::size_t i = 0; i < fields.size(); ++i) {
     if (fields[i].empty()) continue;
-    const Stated stated = stated_by(fields[i]);
+    const StatedUnit stated = stated_by(fields[i]);
     Heading& h = headings[i];
     if (h.unit != nullptr && h.unit != stated.unit)
       throw Error(fmt::format("column '{}' is in {} by the line below", shown(h.text),
