@@ -77,6 +77,7 @@ const char* settle(const IoSettings& io, rt::HardwareRig& rig, Loop& loop, const
     if (silence.ends(rig.fault(), clock.started())) break;
   }
   if (shared.ends()) return kStopped;
+  if (rig.fault() == rt::kEncoderStuck) return "the tacho is lost: its pulses are not followed";
   if (rig.fault() != Fault::none) return kSilent;
   return r.measurement.valid ? "" : "a displacement is not valid";
 }
