@@ -125,6 +125,33 @@ void tell(Validation& v, const ValidateOptions& options, const Summary& fit) {
   if (v.after_change) v.summary.trust += " The machine as it is after its change: this run does not hold it.";
 }
 
+/// Whether a change of the cubic stiffness would show, and the bands within which the model's own uncertainty explains
+/// the errors.
+void judge_fold_and_bands(const IdentifiedModel& model, const ValidateOptions& options, const RotorRecord& record,
+                          const OutputErrorFit& fit, const OutputErrorOptions& free, Validation& v) {
+  const OutputErrorRecord& run = fit.records[0];
+  const bool same_sensors = record.quantity == model.quantity;
+  RotorModel harder = fit.model;
+  harder.eps = run.eps;
+  harder.k2 *= 1 + options.fold_change;
+  const detail::StepGrid grid{record.dt, fit.substeps, record.derivative()};
+  const AngleSignal fine = rotor::refine(run.angle, fit.substeps);
+  const detail::TermForces forces{free.terms, fine, record.t0};
+  const Eigen::VectorXcd moved =
+      detail::main_mode(harder, run.eps, rotor::unbalance_forcing(fine), forces, grid, run.z0, run.dz0).z;
+  detail::judge_fold(v, options, std::sqrt((moved - run.main).squaredNorm() / static_cast<double>(moved.size())));
+  if (model.rotor_covariance.size() == 25) {
+    const Eigen::Vector2d spread = parameter_spread(model, fit.model, run, forces, grid, free.unbalance);
+    const double left = model.summary.residual * model.summary.residual - model.noise_sd * model.noise_sd;
+    const double model_error = std::isfinite(left) && same_sensors ? std::max(0.0, left) : 0;
+    const auto band = [&](double noise, double moves) {
+      return rules::kBand * std::sqrt(noise * noise + moves * moves + model_error);
+    };
+    if (record.axes != Axes::y) v.band_x = band(record.noise_x, spread[0]);
+    if (record.axes != Axes::x) v.band_y = band(record.noise_y, spread[1]);
+  }
+}
+
 }  // namespace
 
 namespace detail {
@@ -259,25 +286,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   v.simulated.add("x", record.quantity, simulated.real());
   v.simulated.add("y", record.quantity, simulated.imag());
 
-  RotorModel harder = fit.model;
-  harder.eps = run.eps;
-  harder.k2 *= 1 + options.fold_change;
-  const detail::StepGrid grid{record.dt, fit.substeps, record.derivative()};
-  const AngleSignal fine = rotor::refine(run.angle, fit.substeps);
-  const detail::TermForces forces{free.terms, fine, record.t0};
-  const Eigen::VectorXcd moved =
-      detail::main_mode(harder, run.eps, rotor::unbalance_forcing(fine), forces, grid, run.z0, run.dz0).z;
-  detail::judge_fold(v, options, std::sqrt((moved - run.main).squaredNorm() / static_cast<double>(moved.size())));
-  if (model.rotor_covariance.size() == 25) {
-    const Eigen::Vector2d spread = parameter_spread(model, fit.model, run, forces, grid, free.unbalance);
-    const double left = model.summary.residual * model.summary.residual - model.noise_sd * model.noise_sd;
-    const double model_error = std::isfinite(left) && same_sensors ? std::max(0.0, left) : 0;
-    const auto band = [&](double noise, double moves) {
-      return rules::kBand * std::sqrt(noise * noise + moves * moves + model_error);
-    };
-    if (record.axes != Axes::y) v.band_x = band(record.noise_x, spread[0]);
-    if (record.axes != Axes::x) v.band_y = band(record.noise_y, spread[1]);
-  }
+  judge_fold_and_bands(model, options, record, fit, free, v);
   v.summary.chi_square = fit.summary.chi_square;
   tell(v, options, fit.summary);
   return v;
