@@ -12,6 +12,9 @@ if(PROJECT_IS_TOP_LEVEL)
   set_property(GLOBAL PROPERTY CTEST_TARGETS_ADDED 1) # no Nightly/Continuous dashboard targets
 endif()
 
+# s, after which a test hangs: the slowest needs a twentieth of it on a machine of its own.
+set(WHIRL_TEST_LIMIT 1800)
+
 find_program(WHIRL_CCACHE ccache)
 if(WHIRL_CCACHE)
   # Paths below the source tree count as relative ones: two checkouts share their objects. The sloppiness is what a
@@ -148,10 +151,10 @@ function(whirl_tests target)
   foreach(kind ${WHIRL_TEST_KINDS})
     string(TOLOWER ${kind} label)
     gtest_discover_tests(${target} TEST_FILTER "*${kind}.*" TEST_LIST ${target}_${label} DISCOVERY_TIMEOUT 60
-      DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES PROPERTIES LABELS ${label} TIMEOUT 900)
+      DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES PROPERTIES LABELS ${label} TIMEOUT ${WHIRL_TEST_LIMIT})
     list(APPEND not_unit "*${kind}.*")
   endforeach()
   list(JOIN not_unit ":" not_unit)
   gtest_discover_tests(${target} TEST_FILTER "-${not_unit}" TEST_LIST ${target}_unit DISCOVERY_TIMEOUT 60
-    DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES PROPERTIES LABELS unit TIMEOUT 900)
+    DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES PROPERTIES LABELS unit TIMEOUT ${WHIRL_TEST_LIMIT})
 endfunction()

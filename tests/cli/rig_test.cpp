@@ -64,6 +64,23 @@ TEST(RunE2e, TheLargestMotionOfAllIsToldBesideTheRowsAndNothingIsNaN) {
 }
 
 // Turned at a twentieth of its critical speed the shaft shows its surface: 12 um at 1x by the rig's parameters.
+// Without --rig a run is on the rig of the paper, which tells of no other machine.
+TEST(RunE2e, ARigThatNobodyChoseIsNoProofForAnotherMachine) {
+  const Folder folder;
+  ControllerDesign design = pd_design();
+  io::save(folder / "own.json", design);
+  design.model.k1 *= 2.25;
+  io::save(folder / "other.json", design);
+  ASSERT_EQ(folder.whirl("rig parameters > rig.toml").exit_code, 0);
+  const auto says = [&](const std::string& call) {
+    const Outcome run = folder.whirl("run " + call + " --quiet");
+    return std::pair(run.exit_code, run.err.find("says nothing of the controller's machine") != std::string::npos);
+  };
+  EXPECT_FALSE(says("own.json").second);
+  EXPECT_EQ(says("other.json"), std::pair(1, true));
+  EXPECT_FALSE(says("other.json --rig rig.toml").second);
+}
+
 TEST(DesignE2e, ASlowRollGivesTheRunoutToRemove) {
   const Folder folder;
   folder.write("slow.toml", "[profile]\nstart_rpm = 33.4\nend_rpm = 23.9\nramp_s = 9\ndwell_end_s = 0\n");

@@ -26,7 +26,7 @@ TEST(RotorFile, ErrorsNameFileLineKeyValueAndWhatIsAllowed) {
   const std::string bearing = message(kShaft + "[[bearing]]\nposition_mm = 600\nstiffness_N_m = 1e6\n");
   EXPECT_NE(bearing.find("rotor.toml:5"), std::string::npos) << bearing;
   EXPECT_NE(bearing.find("bearing[0].position_mm = 600"), std::string::npos) << bearing;
-  EXPECT_NE(bearing.find("between 0 and 0.5"), std::string::npos) << bearing;
+  EXPECT_NE(bearing.find("between 0 and 500 mm"), std::string::npos) << bearing;
   const std::string unit = message(kShaft + "[[unbalance]]\nposition_mm = 100\nsize = 20\n");
   EXPECT_NE(unit.find("gmm"), std::string::npos) << unit;
   const std::string unknown = message(kShaft + "[[disc]]\nposition_mm = 1\nmass_kg = 1\nmas_kg = 2\n");

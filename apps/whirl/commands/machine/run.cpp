@@ -1,11 +1,16 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
 #include "command.hpp"
 #include "run_fmu.hpp"
 #include "run_io.hpp"
 #include "run_live.hpp"
 #include "run_off_nominal.hpp"
 #include "whirl/control/supervisor.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/model_json.hpp"
@@ -33,9 +38,22 @@ struct RunOptions {
   ViewOptions view;
 };
 
+/// Whether the rig that is taken where none is given is another machine than the controller's: its natural frequency is
+/// off by more than a tenth, where identification errs by a hundredth.
+std::optional<std::string> another_machine(const RunOptions& o, const ControllerDesign& design,
+                                           const rig::RigParameters& rig) {
+  constexpr double kAnother = 0.1;
+  const double of_rig = rig.natural_frequency() / kTwoPi, of_model = std::sqrt(std::max(0.0, design.model.k1)) / kTwoPi;
+  if (!o.rig.empty() || std::abs(of_model / of_rig - 1) <= kAnother) return {};
+  return fmt::format(
+      "this run says nothing of the controller's machine: without --rig it is on the rig of the paper, with a natural "
+      "frequency of {:.4g} Hz in place of {:.4g} Hz",
+      of_rig, of_model);
+}
+
 /// The simulated run on the virtual rig, as fast as it goes.
-void run_simulated(Session& session, const RunOptions& o, const ControllerDesign& design,
-                   const rig::RigParameters& rig) {
+void run_simulated(Session& session, const RunOptions& o, const ControllerDesign& design, const rig::RigParameters& rig,
+                   const Summary& of_rig) {
   const tuning::ClosedLoopRun run = tuning::run_closed_loop(design, rig, o.loop);
   if (!o.log.empty()) io::write_csv(o.log, run.log);
   const tuning::ClosedLoopMetrics& m = run.metrics;
@@ -68,6 +86,7 @@ void run_simulated(Session& session, const RunOptions& o, const ControllerDesign
         m.closed.all > kAnother * stated->second ? ": this machine is not the one the controller was designed for"
                                                  : ""));
   }
+  if (of_rig.status == Status::unusable) summary.fail(of_rig.reason);
   if (o.wants_sliding()) {
     const std::optional<tuning::SlidingStudy> study = tuning::sliding_study(design, run.log);
     if (!study) throw Error("--sliding: law '" + design.law + "' has no switching gain with a layer: nothing to check");
@@ -95,8 +114,10 @@ void run(Session& session, const RunOptions& o) {
     if (!o.log.empty()) throw Error("--log: a run with --monitor is recorded by the page, into --record-folder");
     return run_live(session, design, rig, {o.view, o.loop.run.seed, o.repeat});
   }
-  if (o.off_nominal) return run_off_nominal(session, design, rig, o.loop.run.seed);
-  run_simulated(session, o, design, rig);
+  Summary of_rig;
+  if (const std::optional<std::string> another = another_machine(o, design, rig)) of_rig.fail(*another);
+  if (o.off_nominal) return run_off_nominal(session, design, rig, o.loop.run.seed, of_rig);
+  run_simulated(session, o, design, rig, of_rig);
 }
 
 }  // namespace
@@ -122,7 +143,9 @@ void add_run(CommandLine& app, Session& session) {
       "Example: whirl run controller.json --added-mass-g 5 --log run.csv",
       [o, &session] { run(session, *o); });
   sub->add_option("CONTROLLER", o->controller, "controller.json")->input()->required();
-  sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`; default: the rig of the paper's levels")
+  sub->add_option(
+         "--rig", o->rig,
+         "TOML file of `whirl rig parameters`; default: the rig of the paper's levels, for its controllers alone")
       ->input();
   sub->add_option("--fmu", o->fmu_file, "instead: an FMU for co-simulation as the plant (docs/export.md)")
       ->existing_file()

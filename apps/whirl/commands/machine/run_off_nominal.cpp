@@ -10,7 +10,7 @@
 namespace whirl::app {
 
 void run_off_nominal(Session& session, const ControllerDesign& design, const rig::RigParameters& rig,
-                     std::uint64_t seed) {
+                     std::uint64_t seed, Summary summary) {
   constexpr double kMost = 1.05;  // of the open loop
   const std::vector<tuning::OffNominalCase> cases = tuning::off_nominal(design, rig, seed);
   report::Table table;
@@ -24,7 +24,6 @@ void run_off_nominal(Session& session, const ControllerDesign& design, const rig
       "without, with supervision: largest closed / open peak of a segment, of the true disk centre, x axis, the first "
       "0.3 s left out, segments with an open peak above 50 um."};
   io::Json::Array rows;
-  Summary summary;
   for (const tuning::OffNominalCase& c : cases) {
     const std::string text = control::supervision_text(c.word);
     table.add({c.name, fmt::format("{:.2f}", c.worst_without), fmt::format("{:.2f}", c.worst_with),
