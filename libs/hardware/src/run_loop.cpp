@@ -11,6 +11,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/core/tell.hpp"
+#include "whirl/hardware/at_rest.hpp"
 #include "whirl/hardware/loop_samples.hpp"
 #include "whirl/rt/loop.hpp"
 #include "whirl/rt/loop_control.hpp"
@@ -43,25 +44,15 @@ struct Shared {
   bool ends() const { return stop() || abandon; }       ///< is wanted to
 };
 
-/// A board that says nothing, by the time that passes meanwhile: a cycle may be as long as the watchdog's time.
-class Silence {
- public:
-  Silence(const IoSettings& io, double patience) noexcept
-      : heard_(rt::WallTime{}.now()), longest_(static_cast<std::int64_t>(1e9 * patience) + io.watchdog_ns()) {}
-  /// After each cycle: is it too long, or the board lost?
-  bool ends(Fault of_rig, std::int64_t now) noexcept {
-    if (of_rig != Fault::watchdog) heard_ = now;
-    return of_rig == rt::kBoardLost || now - heard_ > longest_;
-  }
-
- private:
-  std::int64_t heard_, longest_;
-};
+/// After each cycle: is the board lost, or has it said nothing for too long?
+bool gone(BoardSilence& silence, const rt::HardwareRig& rig, std::int64_t now) noexcept {
+  return silence.too_long(rig.board().tick, now) || rig.fault() == rt::kBoardLost;
+}
 
 /// The cycles without force before the run, the last of them `r`: sensors and board are checked. Why there is no run;
 /// empty: they are fit for it.
 template <class Loop, class Clock>
-const char* settle(const IoSettings& io, rt::HardwareRig& rig, Loop& loop, const Clock& clock, Silence& silence,
+const char* settle(const IoSettings& io, rt::HardwareRig& rig, Loop& loop, const Clock& clock, BoardSilence& silence,
                    const Shared& shared, rt::CycleRecord& r) {
   r.measurement.valid = false;
   // A machine that was busy elsewhere at this very moment may see an old sample: the next one is waited for.
@@ -74,7 +65,7 @@ const char* settle(const IoSettings& io, rt::HardwareRig& rig, Loop& loop, const
   for (int k = 0; k < io.settle || ((unfit() || early()) && k < longest); ++k) {
     if (shared.ends()) return kStopped;
     r = loop.cycle();
-    if (silence.ends(rig.fault(), clock.started())) break;
+    if (gone(silence, rig, clock.started())) break;
   }
   if (shared.ends()) return kStopped;
   if (rig.fault() == rt::kEncoderStuck) return "the tacho is lost: its pulses are not followed";
@@ -89,7 +80,7 @@ void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, 
   rt::Loop loop(rig, controlled, clock, io.limits(), io.loop());
   constexpr bool kControls = std::is_same_v<Law, control::Controller>;
   rt::CycleRecord r;
-  Silence silence(io, shared.patience);
+  BoardSilence silence(rt::WallTime{}.now(), static_cast<std::int64_t>(1e9 * shared.patience) + io.watchdog_ns());
   out.reason = settle(io, rig, loop, clock, silence, shared, r);
   if (out.reason.empty()) {
     if (kControls) {
@@ -134,7 +125,7 @@ void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, 
       if (!loop.armed()) break;
       loop.stop();
     }
-    if (!kControls && silence.ends(rig.fault(), clock.started())) {
+    if (!kControls && gone(silence, rig, clock.started())) {
       out.cut_short = true;
       out.reason = kSilent;
     }

@@ -11,17 +11,17 @@ namespace whirl::hardware {
 /// How long, in real time, a board has said nothing. Cycles do not tell: each may wait for the whole watchdog's time.
 class BoardSilence {
  public:
-  static constexpr std::int64_t kMost = 5'000'000'000;  ///< ns
-  explicit BoardSilence(std::int64_t now) noexcept : since_(now) {}
+  /// `most`, ns: allowed.
+  explicit BoardSilence(std::int64_t now, std::int64_t most = 5'000'000'000) noexcept : since_(now), most_(most) {}
   /// After each cycle, with the tick of the board's newest reading: whether it has been silent for too long.
   bool too_long(std::uint32_t tick, std::int64_t now) noexcept {
     if (tick != tick_) tick_ = tick, since_ = now;
-    return now - since_ > kMost;
+    return now - since_ > most_;
   }
 
  private:
   std::uint32_t tick_ = 0;
-  std::int64_t since_;
+  std::int64_t since_, most_;
 };
 
 /// Whether the shaft is at rest, from what the board said while no force acted.
