@@ -180,7 +180,10 @@ void bind_transient(py::module_& m) {
         options.modes = modes;
         options.model = steady ? modal::RunupModel::steady : modal::RunupModel::transient;
         const py::gil_scoped_release unlocked;
-        return modal::fit_transient_runup({.omega = omega, .time = {}, .vector = vector}, options);
+        const modal::RunupResponse run{.omega = omega, .time = {}, .vector = vector};
+        modal::TransientRunupFit fit = modal::fit_transient_runup(run, options);
+        modal::judge_phase(run, options, fit);
+        return fit;
       },
       py::arg("omega"), py::arg("vector"), py::arg("modes"), py::arg("steady"));
 }

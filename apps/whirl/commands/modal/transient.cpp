@@ -19,8 +19,6 @@
 namespace whirl::app {
 namespace {
 
-constexpr double kLeftOver = 2;  // both models have the same parameters: twice the residual is no chance
-
 std::string list_rpm(const std::vector<double>& speeds) {
   std::string text;
   for (const double w : speeds) text += fmt::format("{}{:.0f}", text.empty() ? "" : ", ", w / kRadPerSecPerRpm);
@@ -106,21 +104,6 @@ modal::RunupResponse at_held_speeds(const modal::RunupResponse& run) {
   return out;
 }
 
-/// Lags read as leads, or the other way, are no modes: where the other reading leaves far less, the one taken is wrong.
-void judge_phase(const modal::RunupResponse& run, const modal::TransientRunupOptions& options,
-                 modal::TransientRunupFit& fit) {
-  if (fit.fit_percent >= modal::kRunupExplained || fit.modes.empty()) return;
-  modal::RunupResponse other = run;
-  other.vector = run.vector.conjugate();
-  const double percent = modal::fit_transient_runup(other, options).fit_percent;
-  if (100 - fit.fit_percent < kLeftOver * (100 - percent)) return;
-  fit.summary.fail(fmt::format(
-      "with the phases turned around the modes explain {:.1f} % instead of {:.1f} %: lags are read as leads, "
-      "or leads as lags (a column phase_deg is read as leads; --phase lag, or a column phase_lag_deg, "
-      "says the other)",
-      percent, fit.fit_percent));
-}
-
 }  // namespace
 
 void add_transient(CommandLine& app, Session& session) {
@@ -147,12 +130,12 @@ void add_transient(CommandLine& app, Session& session) {
         if (o->steady && !fit.summary.trust.empty())
           fit.summary.trust =
               "Frequencies and damping hold for linear modes; one probe does not fix two of them uniquely.";
-        if (!o->steady && 100 - fit.fit_percent > kLeftOver * (100 - steady.fit_percent))
+        if (!o->steady && 100 - fit.fit_percent > modal::kLeftOver * (100 - steady.fit_percent))
           fit.summary.fail(
               fmt::format("the steady-state model explains the vectors better ({:.1f} % against {:.1f} %): where the "
                           "rows are speeds that were held and no turns of one run, --steady fits them",
                           steady.fit_percent, fit.fit_percent));
-        judge_phase(used, options, fit);
+        modal::judge_phase(used, options, fit);
         for (std::size_t i = 0; i < fit.modes.size(); ++i) {
           session.say(fmt::format("mode {}: {} rpm, damping ratio {}", i + 1,
                                   with_sd(fit.modes[i].omega, kRadPerSecPerRpm, 1), with_sd(fit.modes[i].zeta, 1, 4)));

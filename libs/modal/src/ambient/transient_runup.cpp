@@ -447,4 +447,16 @@ TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientR
   return fit;
 }
 
+void judge_phase(const RunupResponse& run, const TransientRunupOptions& options, TransientRunupFit& fit) {
+  if (fit.fit_percent >= kRunupExplained || fit.modes.empty()) return;
+  RunupResponse other = run;
+  other.vector = run.vector.conjugate();
+  const double percent = fit_transient_runup(other, options).fit_percent;
+  if (100 - fit.fit_percent < kLeftOver * (100 - percent)) return;
+  fit.summary.fail(fmt::format(
+      "with the phases turned around the modes explain {:.1f} % instead of {:.1f} %: lags are read as leads, or leads "
+      "as lags (a column phase_deg is read as leads; --phase lag, or a column phase_lag_deg, says the other)",
+      percent, fit.fit_percent));
+}
+
 }  // namespace whirl::modal

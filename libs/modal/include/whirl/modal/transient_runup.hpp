@@ -37,6 +37,8 @@ struct RunupMode {
 /// linear modes do not describe read 84 to 87 %: the kit of examples/data, and the simulated rig, whose stiffness
 /// depends on the amplitude.
 inline constexpr double kRunupExplained = 95;
+/// Times the residual that one of two models with as many parameters may leave by chance.
+inline constexpr double kLeftOver = 2;
 
 struct TransientRunupFit {
   std::vector<RunupMode> modes;  ///< ascending in frequency
@@ -65,5 +67,9 @@ struct TransientRunupFit {
 /// leaves its line by more than 1 % or a frequency lies at the edge of the search. Throws Error for unequal lengths or
 /// options out of range.
 TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientRunupOptions& options = {});
+
+/// Lags read as leads, or the other way, are no modes: makes the summary unusable where less than kRunupExplained is
+/// explained and the conjugate vectors leave less than half.
+void judge_phase(const RunupResponse& run, const TransientRunupOptions& options, TransientRunupFit& fit);
 
 }  // namespace whirl::modal
